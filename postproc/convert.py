@@ -293,7 +293,7 @@ def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tupl
     findings = list(_sound(worsened(figures, plan, source)))
     through = text.function.keys if text.function is not None else frozenset()
     outcomes, unlike = judge_statements(program, events, plan, after, through)
-    outcomes = [replace(o, conf_changed=o.statement.key in configured) for o in outcomes]
+    outcomes = [replace(o, conf_changed=True) if o.statement.key in configured else o for o in outcomes]
     findings += with_advice(unlike, events, program, task.measured)
     seams = find_seams(outcomes, plan, before, after)
     findings += [*partial_seams(seams, task.options.allow_partial), *unfinished_seams(events)]

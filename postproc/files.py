@@ -26,6 +26,9 @@ MISREAD = {
 }
 """What the command line says of a name that is that of no file."""
 Place = tuple[int, int, tuple[str, ...]]
+_PROGRAM = re.compile(r"\s*(?:%%%|(?:(?:!|#)[^\n]*\n\s*)*MODULE\s+[A-Za-z]\w*\s*(?:\n|\(|!))", re.IGNORECASE)
+SEPARATORS, COLUMNS = ",;\t", 3
+"""Of a table, and how many of one kind stand in a line of it at the least."""
 _SECTION = re.compile(r"^## ([A-Z]{3}\d{3})\b.*?(?=^## |\Z)", re.MULTILINE | re.DOTALL)
 
 
@@ -71,6 +74,19 @@ def read_source(name: str | Path, code: str = "", read_only: bool = False) -> So
             found, text, help_ = MISREAD.get(type(error), other)
         message = text.replace("{}", str(name))
         raise PostprocError(Diagnostic(found, "error", message, help=help_, matter=Matter.UNREADABLE)) from error
+
+
+def is_program(text: str) -> bool:
+    """Return whether a text begins as a RAPID module does: a file header (``%%%``) or the line ``MODULE name``."""
+    return _PROGRAM.match(text) is not None
+
+
+def is_table(text: str) -> bool:
+    """Return whether the first two lines of a text, none of them ``key = value``, have equally many separators."""
+    lines = [line for line in text[:10_000].splitlines() if line.strip()][:2]
+    return len(lines) == 2 and any(
+        lines[0].count(mark) == lines[1].count(mark) >= COLUMNS and "=" not in lines[0] for mark in SEPARATORS
+    )
 
 
 def place(path: Path, follow: bool = True) -> Place:

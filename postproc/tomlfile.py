@@ -13,6 +13,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from pydantic_core import PydanticCustomError
 
 from postproc.diagnostics import Diagnostic, PostprocError, Source, Span, did_you_mean
+from postproc.files import is_program, is_table
 from postproc.numbers import LARGEST_NUMBER
 
 Keys = tuple[str | int, ...]
@@ -97,6 +98,14 @@ def parse_toml(source: Source, code: str) -> dict[str, Any]:
             code, "the file is not UTF-8 text", source, (error.start, error.start + 1), help="save it as UTF-8"
         ) from error
     except tomllib.TOMLDecodeError as error:
+        if is_table(text):
+            help_ = (
+                "`postproc fit TABLE -o MODEL.toml` makes a model of measured poses; tables are named without an option"
+            )
+            raise PostprocError.of(code, "this is a table, not a TOML file", source, (0, 1), help_) from error
+        if is_program(text):
+            help_ = "name the TOML file that was meant; programs are named without an option"
+            raise PostprocError.of(code, "this is a RAPID program, not a TOML file", source, (0, 1), help_) from error
         said = str(error)
         help_ = next((meant for start, meant in MISTAKES.items() if said.startswith(start)), WRITTEN)
         found = Diagnostic(code, "error", f"not TOML: {said}", source, _error_span(source, said), help_)

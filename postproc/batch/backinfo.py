@@ -3,13 +3,69 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
-from pathlib import PurePosixPath
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path, PurePosixPath
 
 from postproc.batch.lines import Line
 from postproc.batch.values import Task, page_of
+from postproc.diagnostics import Diagnostic
+from postproc.grouping import grouped
+from postproc.robot.controller import read_quietly, text_in_backup
 
+LISTED = re.compile(r"<Module>([^<]*+)</Module>", re.IGNORECASE)
 _TASK = rb"(?im)^>>%s:[^\n]*\n(?:(?!>>)[^\n]*\S[^\n]*(?:\n|\Z))*"  # its head and the lines below, up to a blank one
+
+
+def listed_modules(backup: Path) -> Mapping[str, frozenset[str]]:
+    """Return the paths inside its folder, in lower case, that each task of a backup loads, by name (``TASK1``).
+
+    A task stands there under the name of its folder and under its own, both in upper case.
+    """
+    data = text_in_backup(backup, "BACKINFO", "backinfo.txt").encode("latin-1")
+    listed = {}
+    for section in re.finditer(_TASK % rb"(TASK\w*)", data):
+        head, *lines = section[0].decode("latin-1").splitlines()
+        paths = (re.sub(r"\s+@.*", "", line).strip().replace("\\", "/").lower() for line in lines)
+        name = re.search(r"\(([^,)]*)", head)
+        listed.update(dict.fromkeys((section[1].decode("latin-1").upper(), (name[1] if name else "").strip().upper()),
+                                    frozenset(filter(None, paths))))  # fmt: skip
+    return listed
+
+
+def not_loaded(home: Path, paths: Iterable[Path], listed: Mapping[str, frozenset[str]]) -> list[Path]:
+    """Return the modules of a task that its controller does not load.
+
+    Its list, or a ``.pgf`` beside a module, names what is loaded. A folder of which the list names no module counts
+    whole: not every backup lists the modules of a program.
+
+    Args:
+        home: the task's folder. paths: of modules in it. listed: from ``listed_modules``.
+    """
+    names = listed.get(home.name.upper(), frozenset())
+    if not names:
+        return []
+    found: list[Path] = []
+    for place, modules in grouped((path.parent, path) for path in paths).items():
+        listings = (path for path in place.iterdir() if path.suffix.lower() == ".pgf")
+        program = {name for listing in listings for name in modules_of_program(read_quietly(listing))}
+        stated = {path for path in modules if path.relative_to(home).as_posix().lower() in names}
+        if stated:
+            found += [path for path in modules if path not in stated and path.name.lower() not in program]
+    return found
+
+
+def say_not_loaded(names: Sequence[str]) -> list[Diagnostic]:
+    """Return BAT022 about the modules of a task that its controller does not load, by the names of their files."""
+    if not names:
+        return []
+    more = f" and {len(names) - 1} more" if len(names) > 1 else ""
+    text = f"only copied, since `BACKINFO/backinfo.txt` does not list it and no controller loads it: `{names[0]}`{more}"
+    return [Diagnostic("BAT022", "warning", text, help="add to that list what belongs to the program")]
+
+
+def modules_of_program(listing: bytes) -> list[str]:
+    """Return the lower-case file names of the modules that a ``.pgf`` lists."""
+    return [re.split(r"[\\/]", found[1].strip())[-1].lower() for found in LISTED.finditer(listing.decode("latin-1"))]
 
 
 def is_backinfo(path: str) -> bool:

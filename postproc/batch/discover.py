@@ -14,6 +14,7 @@ from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
+from postproc.batch.backinfo import LISTED, listed_modules, not_loaded, say_not_loaded
 from postproc.batch.lines import STATE
 from postproc.batch.values import Task
 from postproc.diagnostics import Diagnostic, PostprocError, Source
@@ -33,7 +34,6 @@ PARTS = frozenset({"progmod", "sysmod"})
 CONFIGURED = frozenset({"syspar", "backinfo"})
 CONTROLLER = "the controller's configuration"
 SHARED = "task0"  # installed in every task
-_LISTED = re.compile(r"<Module>([^<]*+)</Module>", re.IGNORECASE)
 
 
 def discover(folder: Path, output: Path | None = None) -> tuple[list[Task], list[str]]:
@@ -58,6 +58,8 @@ def discover(folder: Path, output: Path | None = None) -> tuple[list[Task], list
         else:
             groups.setdefault(home, []).append(name)
     stated = {backup: _stated(folder / backup) for backup in backups}
+    left_out = _leave_out(folder, groups, backups)
+    copies += [name for names in left_out.values() for name in names]
     drives = {home: _drive(home, stated) for home in groups}
     tasks = []
     for home, members in groups.items():
@@ -69,7 +71,9 @@ def discover(folder: Path, output: Path | None = None) -> tuple[list[Task], list
         others = {h: names for h, names in groups.items() if h != home and _parent(h) == _parent(home)}
         shared = [f for h, names in others.items() if PurePosixPath(h).name.lower() == SHARED for f in names]
         beside = [tuple(names) for h, names in others.items() if PurePosixPath(h).name.lower() != SHARED]
-        task = replace(_task(home, members, drive), shared=tuple(shared), beside=tuple(beside))
+        task = _task(home, members, drive)
+        findings = (*task.findings, *say_not_loaded(left_out.get(home, ())))
+        task = replace(task, shared=tuple(shared), beside=tuple(beside), findings=findings)
         tasks.append(_beside_others(folder, task, members, {h: (drives[h], groups[h]) for h in others}))
     loose, more = _loose(folder, rest)
     return sorted([*tasks, *loose], key=lambda t: t.name), sorted([*copies, *more])
@@ -90,9 +94,27 @@ def task_around(module: Path) -> Task:
             for name in files_below(folder) if task.station is not None else ():
                 if _suffix(name) in ENDINGS and (place := _task_folder(name)) is not None:
                     groups.setdefault(place, []).append(name)
+            _leave_out(folder, groups, (".",))
             others = {h: (_drive(h, stated), names) for h, names in groups.items() if h != home}
             return _beside_others(folder, task, groups.get(home, ()), others)
     return Task(module.name, ())
+
+
+def _leave_out(folder: Path, groups: dict[str, list[str]], backups: Iterable[str]) -> dict[str, list[str]]:
+    """Take modules out of groups that the controller of their backup does not load; return them by the task's folder.
+
+    Args:
+        groups: names of files by the folder of their task; changed in place. Names are relative to ``folder``.
+    """
+    found = {}
+    for backup in backups:
+        listed = listed_modules(folder / backup)
+        for home, members in groups.items() if listed else ():
+            modules = [folder / name for name in members if _suffix(name) in ENDINGS]
+            if _below(f"{home}/x", backup, "rapid") and (left := not_loaded(folder / home, modules, listed)):
+                found[home] = [path.relative_to(folder).as_posix() for path in left]
+                groups[home] = [name for name in members if name not in found[home]]
+    return found
 
 
 def _configured(folder: Path) -> bool:
@@ -346,7 +368,7 @@ def _loose(folder: Path, names: list[str]) -> tuple[list[Task], list[str]]:
         near = {PurePosixPath(n).name.lower(): n for n in names if str(PurePosixPath(n).parent) == here}
         source = Source(listing, read_quietly(folder / listing))
         members, findings = [], []
-        for found in _LISTED.finditer(source.data.decode("latin-1")):
+        for found in LISTED.finditer(source.data.decode("latin-1")):
             listed = found[1].strip()
             module = near.get(re.split(r"[\\/]", listed)[-1].lower())
             if module is None:

@@ -8,13 +8,15 @@ from functools import lru_cache
 from itertools import chain
 from pathlib import Path
 
+from postproc.batch.backinfo import listed_modules, not_loaded
 from postproc.batch.discover import PARTS, SHARED
 from postproc.diagnostics import Diagnostic, Source
 from postproc.files import real
 from postproc.rapid.program.program import ENDINGS, read_program
 from postproc.rapid.program.read_along import ReadAlong, declares, read_along
 from postproc.rapid.syntax.tokens import identifiers
-from postproc.robot.controller import read_quietly
+from postproc.robot.controller import arm_entries, not_in_library, read_entries, read_quietly
+from postproc.robot.type_names import library_name
 
 LEVELS = 3  # folders above a program whose configuration may be that of its controller
 MOST_FILES = 500  # near a program; of more none is read along
@@ -31,6 +33,10 @@ def read_nearby(own: Sequence[Source], root: Path = Path()) -> ReadAlong:
     """
     words = set[str]().union(*(identifiers(source.data) for source in own))
     near = _files_near([root / source.path for source in own], [root / s.path for s in own if not s.read_only])
+    if sum(map(len, near)) > MOST_FILES:
+        text = f"more than {MOST_FILES} files with modules are near `{own[0].path}`: none of them is read along"
+        help_ = "where it lacks data, name the file that declares it, `--with FILE`"
+        return ReadAlong(findings=(Diagnostic("RAP040", "info", text, help=help_),))
     if not any(words & _declared(path) for path in chain(*near)):
         return ReadAlong()
 
@@ -48,7 +54,8 @@ def help_nearby(name: str, own: Sequence[Path]) -> str | None:
     Args:
         name: of the data that is used without a value. own: all files of the program.
     """
-    for path in chain(*_files_near(own, own)):
+    near = _files_near(own, own)
+    for path in chain(*near) if sum(map(len, near)) <= MOST_FILES else ():
         if name.lower() in _declared(path) and declares(_source(path, Path()), name):
             return f"`{path}` declares it: add `--with {path}`"
     return None
@@ -57,8 +64,7 @@ def help_nearby(name: str, own: Sequence[Path]) -> str | None:
 def _files_near(taken: Iterable[Path], paths: Iterable[Path]) -> tuple[list[Path], list[Path]]:
     """Return files with modules near those of a program: those that its task may hold, those of other tasks.
 
-    That is what stands beside its files, in the other folders of its task, and in other tasks of its backup. Both are
-    empty where these are more than ``MOST_FILES``.
+    That is what stands beside its files, in the other folders of its task, and in other tasks of its backup.
 
     Args:
         taken: files that are read already. paths: of the program's own files.
@@ -72,15 +78,18 @@ def _files_near(taken: Iterable[Path], paths: Iterable[Path]) -> tuple[list[Path
             (same if home.name.lower() == SHARED else other).update(dict.fromkeys(_folders(home)))
     own = {real(path) for path in taken}
     near = [
-        [p for place in places for p in _modules(place) if real(p) not in own]
+        [p for place in places for p in _loaded_modules(place) if real(p) not in own]
         for places in (same, [place for place in other if place not in same])
     ]
-    return (near[0], near[1]) if sum(map(len, near)) <= MOST_FILES else ([], [])
+    return near[0], near[1]
 
 
-def _modules(place: Path) -> list[Path]:
-    """Return the files with modules in a folder, sorted."""
-    return sorted(p for p in place.iterdir() if p.suffix.lower() in ENDINGS)
+def _loaded_modules(place: Path) -> list[Path]:
+    """Return the files with modules in a folder, sorted; in a backup those that its controller loads."""
+    modules = sorted(p for p in place.iterdir() if p.suffix.lower() in ENDINGS)
+    home = place.parent if place.name.lower() in PARTS else place
+    left_out = not_loaded(home, modules, listed_modules(home.parent.parent))
+    return [path for path in modules if path not in left_out]
 
 
 def _folders(place: Path) -> list[Path]:
@@ -114,19 +123,25 @@ def arm_nearby(program: str, place: Path) -> Diagnostic | None:
     Args:
         program: its name, for people. place: its file, or folder.
     """
-    from postproc.robot.controller import arm_entries, read_entries, read_quietly
-    from postproc.robot.type_names import library_name
-
     at = place.absolute()
     for folder in (at, *list(at.parents)[:LEVELS]):
         for path in (folder / "MOC.cfg", folder / "SYSPAR" / "MOC.cfg"):
             types = [
                 r.get("use_robot_type", "") for r in arm_entries(read_entries(read_quietly(path).decode("latin-1")))
             ]
-            names = dict.fromkeys(library_name(kind) or kind for kind in types)
-            if names:
-                text = f"nothing says which arm runs `{program}`: `{path}` near it is of " + " and ".join(
-                    f"`{name}`" for name in names
-                )
-                return Diagnostic("CLI013", "error", text, help=f"say `--robot {next(iter(names))}` if it runs there")
+            if types:
+                return _arm_of(path, program, list(dict.fromkeys(types)))
     return None
+
+
+def _arm_of(path: Path, program: str, types: Sequence[str]) -> Diagnostic:
+    """Return CLI013 that names the arms of a MOC.cfg; the help offers only names that the library has.
+
+    Args:
+        path: of the MOC.cfg. program: its name, for people. types: of the arms, as the controller calls them.
+    """
+    names = dict.fromkeys(filter(None, map(library_name, types)))
+    arms = " and ".join(f"`{name}`" for name in dict.fromkeys(library_name(kind) or kind for kind in types))
+    text = f"nothing says which arm runs `{program}`: `{path}` near it is of {arms}"
+    help_ = f"say `--robot {next(iter(names))}` if it runs there" if names else not_in_library(types[0])
+    return Diagnostic("CLI013", "error", text, help=help_)

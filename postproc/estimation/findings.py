@@ -101,7 +101,7 @@ def one_path(fit: Fit) -> list[Diagnostic]:
 
 def larger_noise(fit: Fit) -> Noise:
     """Return the noise of a fit, or that of its repeats where these scatter more than the user's figure."""
-    own = estimate_noise(fit.data, error=fit.observed_error)
+    own = estimate_noise(fit.data, fit.model.robot, error=fit.observed_error)
     return own if fit.noise.origin == "user" and own.origin == "repeats" and _ratio(own, fit.noise) > 1 else fit.noise
 
 

@@ -94,7 +94,7 @@ def _fitted(model: Model, data: Measurements, effects: Sequence[Effect], noise: 
     new = {e.key: e.with_vector(prior_of(e, model).value) if e.is_null else e for e in effects}
     every = [new.pop(e.key, e) for e in model.effects] + list(new.values())
     every.sort(key=_sorting_key)
-    figures = estimate_noise(data, noise)
+    figures = estimate_noise(data, model.robot, noise)
     problem = Problem(model.with_effects(*every), data, make_weights(data, figures), terms.beside)
     fit = _solved(problem, figures, frozenset(e.key for e in effects), terms)
     quieter = _noise_within_repeats(fit)
@@ -109,7 +109,7 @@ def _noise_within_repeats(fit: Fit) -> Noise | None:
 
     Repeats at another time, temperature or force differ by what the model explains.
     """
-    left, known = estimate_noise(fit.data, error=fit.observed_error), fit.noise
+    left, known = estimate_noise(fit.data, fit.model.robot, error=fit.observed_error), fit.noise
     told = known.origin == "repeats" and not known.rounding and fit.problem.weights.turn is None
     return left if told and left.sigma and significantly_below(left.sigma**2, left.dof, known) else None
 
@@ -198,7 +198,7 @@ def _evaluated(model: Model, data: Measurements, noise: float | None) -> Fit:
     Args:
         noise: standard deviation per axis [m] stated by the user; None for that of the data.
     """
-    figures = estimate_noise(data, noise)
+    figures = estimate_noise(data, model.robot, noise)
     frames = FRAMES[:1] if data.tool_known else FRAMES
     lacking: list[Effect] = [effect_in_role(role).null() for role in frames if model.in_role(role) is None]
     whole = model.with_effects(*lacking, *model.effects)

@@ -22,6 +22,8 @@ NOTHING, SAME = 1e-7, 0.01
 up for it everywhere: such a parameter only says the same in other axes (joint 1 and the base)."""
 FORCE = 0.5
 """Share of the weight of the rated payload that pulls in any direction where a model is asked for what rows lack."""
+TAIL = 2.0
+"""Deviations of a logarithm beyond which a prior pulls no harder: an arm may be unlike all others of its type."""
 STEPS, SETTLED = 60, 1e-10
 SMALLEST = 1e-3
 """Share of the prior's median from which a positive parameter begins that the rows alone make smaller or negative."""
@@ -96,14 +98,14 @@ def posterior_of(fit: Solution, scatter: float) -> Posterior:
     gram = (columns.T @ columns + np.diag(penalty**2)) / scatter
     pull = (columns.T @ fit.problem.residual - penalty**2 * start) / scatter
 
-    def taken(unit: Array) -> tuple[Array, Array]:
+    def taken(unit: Array, weight: Array) -> tuple[Array, Array]:
         """Return the covariance (k, k) of the determined ones in these units, and what they take up of the others."""
-        curvature = gram * np.outer(unit, unit) + np.diag(spread**-2.0)
+        curvature = gram * np.outer(unit, unit) + np.diag(weight)
         known = _inverse(curvature[:count, :count])
         return known, known @ curvature[:count, count:]
 
     unit = np.where(log, value, 1.0)
-    moves, own = _moves(fit, names, unit, taken(unit)[1])
+    moves, own = _moves(fit, names, unit, taken(unit, spread**-2.0)[1])
     shown = moves * spread[count:] > np.maximum(NOTHING, SAME * own * spread[count:])
     kept = np.concatenate([np.arange(count), count + np.flatnonzero(shown)])
     names = tuple(names[k] for k in kept)
@@ -112,9 +114,9 @@ def posterior_of(fit: Solution, scatter: float) -> Posterior:
     )  # fmt: skip
 
     mean = _likeliest(gram, pull, start, value, spread, log)
-    unit = np.where(log, mean, 1.0)
-    known, off = taken(unit)
-    curvature = (gram * np.outer(unit, unit) + np.diag(spread**-2.0))[count:]
+    unit, weight = np.where(log, mean, 1.0), np.where(log, yielding(_log_ratio(mean, value), spread, log), spread**-2.0)
+    known, off = taken(unit, weight)
+    curvature = (gram * np.outer(unit, unit) + np.diag(weight))[count:]
     lower = _factor(_inverse(curvature[:, count:] - curvature[:, :count] @ off))
     directions = np.vstack([-off @ lower, lower]).T
     # A log-normal number lies farther from its median than the deviation of its logarithm says.
@@ -157,15 +159,14 @@ def _columns(fit: Solution, names: Sequence[Name]) -> Array:
 
 
 def _likeliest(gram: Array, pull: Array, start: Array, median: Array, spread: Array, log: NDArray[np.bool_]) -> Array:
-    """Return x (p,) at which (x - x_0)^T G (x - x_0) - 2 b^T (x - x_0) + |(x - m) / S|^2 is least.
+    """Return x (p,) at which (x - x_0)^T G (x - x_0) - 2 b^T (x - x_0) + sum of rho((x - m) / S) is least.
 
-    Gauss and Newton, in the logarithms of positive parameters, each step by a factor e at most and halved until the sum
-    falls.
+    rho(z) is z^2; of positive parameters, which count with their logarithms, it goes on along its tangent beyond
+    `TAIL`. Gauss and Newton, each step by a factor e at most and halved until the sum falls.
 
     Args:
         gram: (p, p) G; pull: (p,) b; start: (p,) x_0; median: (p,) m; spread: (p,) S; log: (p,) positive parameters.
     """
-    weight = spread**-2.0
 
     def off(x: Array) -> Array:
         """Return (p,) differences to the medians, of logarithms where parameters are positive."""
@@ -175,12 +176,13 @@ def _likeliest(gram: Array, pull: Array, start: Array, median: Array, spread: Ar
 
     def cost(x: Array) -> float:
         """Return the sum that is to be least."""
-        by = x - start
-        return float(by @ (gram @ by) - 2 * pull @ by + weight @ off(x) ** 2)
+        by, z = x - start, off(x) / spread
+        far = np.where(log, np.maximum(np.abs(z) - TAIL, 0.0), 0.0)
+        return float(by @ (gram @ by) - 2 * pull @ by + np.sum(z**2 - far**2))
 
     x = np.where(log, np.maximum(start, SMALLEST * median), start)
     for _ in range(STEPS):
-        unit = np.where(log, x, 1.0)
+        unit, weight = np.where(log, x, 1.0), yielding(off(x), spread, log)
         slope = unit * (gram @ (x - start) - pull) + weight * off(x)
         step = -_inverse(gram * np.outer(unit, unit) + np.diag(weight)) @ slope
         step /= max(1.0, float(np.max(np.abs(step), initial=0.0, where=log)))
@@ -196,6 +198,23 @@ def _likeliest(gram: Array, pull: Array, start: Array, median: Array, spread: Ar
         if now - cost(x) < SETTLED * (1.0 + abs(now)):
             break
     return np.asarray(x)
+
+
+def _log_ratio(x: Array, median: Array) -> Array:
+    """Return ln(x / m) of numbers (p,) of the same sign, 0 of others."""
+    good = x * median > 0
+    return np.asarray(np.where(good, np.log(np.where(good, x, 1.0) / np.where(good, median, 1.0)), 0.0))
+
+
+def yielding(off: Array, spread: Array, log: NDArray[np.bool_]) -> Array:
+    """Return the weights (p,) of priors, 1 / S^2, less where a logarithm is more than `TAIL` deviations off.
+
+    Args:
+        off: (p,) differences to the medians, of logarithms where ``log``; spread: (p,) S.
+        log: (p,) positive parameters.
+    """
+    share = np.minimum(1.0, TAIL * spread / np.maximum(np.abs(off), 1e-300))
+    return np.asarray(np.where(log, share, 1.0) * spread**-2.0)
 
 
 def _inverse(matrix: Array) -> Array:

@@ -141,7 +141,8 @@ def _added(
     base = fit_model(model, data, noise=noise)
     # Forms are chosen on as many rows as tell them, and fitted to all.
     found = start = thinned(base)
-    steps, bound = [Step("base", FitFigures.of(base), base.model)], base.smooth_bound
+    before = settled(base)
+    steps, bound = [Step("base", FitFigures.of(before), before.model)], base.smooth_bound
     every = list(dict.fromkeys([*(cls.key for cls in classes), *(e.key for e in model.effects)]))
     total = len(classes) + len(every) + 2
 
@@ -154,7 +155,7 @@ def _added(
         watch(f"`{cls.key}`", (k + 1) / total)
         found = grown(found, cls)
         if cls is not classes[-1]:
-            rung = on_all_rows(found, [c.key for c in classes[: k + 1]])
+            rung = settled(on_all_rows(found, [c.key for c in classes[: k + 1]]))
             steps.append(Step(f"+ {cls.key}", FitFigures.of(rung), rung.model))
     added = [cls for cls in classes if model.effect(cls.key) is None]
     found = _beside_each_other(found, added if len(classes) > 1 else [])
@@ -173,7 +174,7 @@ def _added(
     for k, effect in enumerate(e for e in final.model.effects if not e.is_frame):
         watch(f"without `{effect.key}`", (len(classes) + 2 + k) / total)
         # Of many rows what the slope foretells is near enough: nobody fits them ten times.
-        fit = _without(final, effect.key) if start is base else without_some(final, [effect.key])
+        fit = settled(_without(final, effect.key)) if start is base else without_some(final, [effect.key])
         # The frames of sessions that saw the arm from elsewhere come back by themselves.
         if fit.model.effect(effect.key) is None:
             without[effect.key] = FitFigures.of(fit)

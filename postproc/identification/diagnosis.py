@@ -102,7 +102,10 @@ class Diagnosis:
 
     @cached_property
     def unnamed(self) -> float | None:
-        """Held-out rms [m], [rad] of the searched rows with the suspected patterns fitted as well; None without any."""
+        """Rms [m], [rad] of the searched rows with the suspected patterns, their numbers held out; None without any.
+
+        Their form was chosen on all these rows: new rows are predicted no better, and often worse.
+        """
         if not self.suspects:
             return None
         fit = self.searched

@@ -32,7 +32,7 @@ def lacks_fit(fit: Fit) -> bool | None:
         known = [(float(stated.sigma or 0.0), stated.dof)]
     else:
         rounding = fit.noise.rounding
-        some = scatters(fit.data, fit.observed_error)
+        some = scatters(fit.data, fit.observed_error, fit.model.robot)
         known = [
             (float(np.hypot(np.sqrt(square), rounding)), dof) for square, dof in some if dof >= FEWEST and square > 0
         ]

@@ -97,8 +97,9 @@ def align(
 
 
 def spread_of(points: Array) -> float:
-    """Return the typical (root median square) distance [m] of points (n, 3) from the origin, never 0."""
-    return max(float(np.sqrt(np.median(np.sum(points**2, axis=1)))), 1e-12)
+    """Return the typical (root median square) distance [m] from the origin of the points (n, 3) off it, never 0."""
+    square = np.sum(points**2, axis=1)
+    return max(float(np.sqrt(np.median(square[square > 0]))), 1e-12) if square.any() else 1e-12
 
 
 def linear_design(R: Array, y: Array, tool: bool) -> Array:

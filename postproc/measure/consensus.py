@@ -35,6 +35,8 @@ ENOUGH, ENOUGH_PLACED = 16, 6
 """Rows of a session without and with a known tool in which one that is wrong can be told."""
 TINY = 1e-8
 """Added to the squares of a sample of unit size: what its rows leave open stays small."""
+FEWEST_PLACED = 5
+"""Poses of a session from which its place can be had: the linear alignment has 15 unknowns, a pose three numbers."""
 ENOUGH_ZEROS = 40
 """Rows of a session in which joint zeros are told as well."""
 LOOKED_AT = 600
@@ -64,7 +66,10 @@ class Agreement:
 
 
 def agreement(data: Measurements, robot: Robot) -> Agreement:
-    """Return which rows agree on where the instrument is; each session has a place, and the tool of the largest."""
+    """Return which rows agree on where the instrument is; each session has a place, and the tool of the largest.
+
+    Where no session has `FEWEST_PLACED` poses, all rows are taken to be seen from one place.
+    """
     rows = np.flatnonzero(np.isfinite(data.position).all(axis=1) & np.isfinite(data.state.q).all(axis=1))
     arm, q = PlacedArm(robot, data.state.T_reference_base).rows(rows), data.state.q[rows]
     T = arm.flange(q)
@@ -72,10 +77,12 @@ def agreement(data: Measurements, robot: Robot) -> Agreement:
         T = T @ data.state.T_flange_tcp[rows]
     error, typical, wrong = np.zeros((len(rows), 3)), np.zeros(len(rows)), np.zeros(len(rows), dtype=bool)
     first: Alignment | None = None
-    doubtful, names = [], _sessions(data)[rows]
+    doubtful, names = [], sessions_of(data)[rows]
+    if max((poses_among(q[names == name]) for name in np.unique(names)), default=0) < FEWEST_PLACED:
+        names[:] = ""
     for name, _ in Counter(names.tolist()).most_common():
         mine = np.flatnonzero(names == name)
-        few = len(np.unique(np.round(q[mine], 6), axis=0)) < (ENOUGH if first is None else ENOUGH_PLACED)
+        few = poses_among(q[mine]) < (ENOUGH if first is None else ENOUGH_PLACED)
         found = _placed(T[mine], data.position[rows[mine]], few, first)
         error[mine], typical[mine] = found.residual, found.typical
         lost = first is not None and first.typical < SUSPICIOUS_M < found.typical
@@ -97,9 +104,14 @@ def _least(data: Measurements, rows: NDArray[np.int_]) -> Array:
     return np.where(np.any(moves, axis=0), MOVING_M, 0.0) if moves else np.zeros(len(rows))
 
 
-def _sessions(data: Measurements) -> NDArray[np.str_]:
+def sessions_of(data: Measurements) -> NDArray[np.str_]:
     """Return (n,) name of the session of each row, "" where there are none."""
     return np.full(len(data), "") if data.state.session is None else data.state.session_of_rows
+
+
+def poses_among(q: Array) -> int:
+    """Return how many of the joint angles (n, 6) [rad] differ."""
+    return len(np.unique(np.round(q, 6), axis=0))
 
 
 def _wrong(found: Alignment, T: Array, arm: PlacedArm, q: Array, few: bool) -> NDArray[np.bool_]:

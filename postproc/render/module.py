@@ -153,7 +153,8 @@ def _same_rotation(before: Sequence[float], rot: Sequence[float]) -> bool:
 def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) -> list[tuple[Source, Edit]]:
     """Edits, with the file of each, that add statements before the statement that each is derived from.
 
-    An added statement has a line of its own, indented and ended like the line of that statement.
+    An added statement has a line of its own, indented and ended like the line of that statement; on a line with other
+    code before that statement it stands between the two, so that no line is broken.
     """
     template = load_template(env, "statement.j2")
 
@@ -167,7 +168,10 @@ def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) 
     edits = []
     for group in grouped((insertion.statement.key, insertion) for insertion in insertions).values():
         statement = group[0].statement
-        lead, newline = line_style(statement.source.data, statement.span[0])
+        data, start = statement.source.data, statement.span[0]
+        lead, newline = line_style(data, start)
+        shared = data[data.rfind(b"\n", 0, start) + 1 : start].strip()
+        behind = b" " if shared else newline + lead
         lines = []
         for insertion in group:
             replaced = {"to": target(insertion.to, statement), "zone": insertion.zone}
@@ -177,8 +181,8 @@ def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) 
             text = fill(template, {"statement": values})
             if insertion.to.point is not None:
                 text = broken(text, lead.decode("latin-1"), newline.decode())
-            lines.append(text.encode("latin-1", "replace") + newline + lead)
-        edits.append((statement.source, Edit(statement.span[0], statement.span[0], b"".join(lines))))
+            lines.append(text.encode("latin-1", "replace") + behind)
+        edits.append((statement.source, Edit(start, start, b"".join(lines))))
     return edits
 
 

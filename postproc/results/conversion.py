@@ -61,9 +61,9 @@ def conversion_document(name: str, found: Conversion, made: Mapping[str, str] | 
         basis=_basis(found, made or {}) if moved else "",
         sections=[
             Section("Seam by seam", [_seams(values)], "The largest deviation while the arc burns."),
-            work_object_section(values),
             Section("Where", [View("space")] if moved else [], IN_SPACE),
             Section("How far off, along the path", [View("deviation")] if moved else [], ACROSS),
+            work_object_section(values),
             Section("Every motion statement", [_statements(values, moved)]),
             Section("Joints", [View("joints")] if moved else [], JOINTS),
             Section("Findings", [DataTable("findings", FINDING, findings, brief=())]),

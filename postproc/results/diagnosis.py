@@ -47,6 +47,7 @@ from postproc.results.sentences import NAMED, doubts, headline, title
 from postproc.results.wording import FREE, p_text, place
 
 UNNAMED = "+ what was found, without a name"
+CHOSEN = "at best: its form was chosen on these rows"
 TELLING = 0.05
 """Chance below which a candidate stands in the ranking on the terminal; the first FEWEST and no more than MOST do.
 
@@ -146,7 +147,7 @@ def diagnosis_values(d: Diagnosis) -> Values:
             for s in d.suspects
         ],
         key("floor"): _mm_or_none(d.floor),
-        f"{key('held_out_rms')}_unnamed": _mm_or_none(d.unnamed),
+        f"{key('rms')}_unnamed": _mm_or_none(d.unnamed),
         "searched": {"rows": len(d.searched.data), key("held_out_rms"): _mm_or_none(d.searched.held_out_rms)},
         key("bound"): _mm_or_none(d.bound),
         "hold_out": None if d.hold_out is None else _hold_out(d.hold_out),
@@ -233,7 +234,7 @@ def _figures(d: Diagnosis, values: Values) -> list[Figure]:
         Figure("noise", values[kind.key("floor")], unit=kind.unit),
         *verdict_figures(values),
         Figure("error with it", values[f"{error}_after"] if d.missing else None, "after", kind.unit),
-        Figure("error with what has no name", values[f"{error}_unnamed"], "after", kind.unit),
+        Figure("error with what has no name, at best", values[f"{kind.key('rms')}_unnamed"], "after", kind.unit),
     ]
 
 
@@ -273,8 +274,9 @@ def _ladder(d: Diagnosis, values: Values, steps: Any) -> Section:
     names = [BASE, *(rung.name for rung in rungs[1:][-1:])]
     if d.unnamed is not None:
         some, every = len(d.searched.data), len(d.base.data)
-        where = f"on {some} of {every} rows, without it {1e3 * d.searched.held_out_rms:.3f}" if some < every else ""
-        rungs.append(Bar(UNNAMED, 1e3 * d.unnamed, where))
+        # Its numbers are held out, its form is not.
+        where = [CHOSEN] + [f"{some} of {every}; without it {1e3 * d.searched.held_out_rms:.3f}"] * (some < every)
+        rungs.append(Bar(UNNAMED, 1e3 * d.unnamed, ", ".join(where)))
     rungs.append(Bar(FREE, 1e3 * d.bound))
     bars = Bars(rungs, floor, FREE, kind.unit, names if len(names) > 1 else ())
 

@@ -31,10 +31,11 @@ def effect_document(cls: type[Effect]) -> Document:
     """Describe an effect: equation, source, parameters, channels it reads, and effects that it is confused with."""
     rows = []
     for name, meta in cls.parameters().items():
-        limits = [x if np.isfinite(x) else None for x in (meta.low, meta.high)]
-        null = (meta.null, None) if meta.amplitude else (None, f"{meta.null} unless said")
+        # Each row has a unit of its own: no number of decimals suits all.
+        limits = [f"{x:g}" if np.isfinite(x) else None for x in (meta.low, meta.high)]
+        null = (f"{meta.null:g}", None) if meta.amplitude else (None, f"{meta.null:g} unless said")
         shape = " x ".join(map(str, meta.shape)) or "1"
-        rows.append((f"{name} [{meta.unit}]", shape, *limits, meta.typical, *null))
+        rows.append((f"{name} [{meta.unit}]", shape, *limits, f"{meta.typical:g}", *null))
     found = [(name, "chosen by search", None, None, None, None, None) for name in cls.structures()]
     alike = DataTable("alike", ("effect", "to tell them apart"), list(cls.confused_with.items()))
     return Document(

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from postproc.diagnostics import Diagnostic, joined
+from postproc.diagnostics import Diagnostic
 from postproc.estimation.findings import SHOWN, cautions
 from postproc.estimation.fitted import Fit
 from postproc.estimation.recorded import left_of_pose, undetermined
@@ -59,13 +59,13 @@ def undetermined_sentences(fit: Fit) -> list[Sentence]:
     lines = []
     open_ = undetermined(fit)
     if open_:
-        shown = {(key, i): f"{key} {text}" for key in {key for key, _ in open_} for i, text in known_values(fit, key)}
+        shown = {(key, i): text for key in {key for key, _ in open_} for i, text in known_values(fit, key)}
         sources = dict(zip((*fit.posterior.names, *fit.posterior.left_open), fit.posterior.sources, strict=True))
         by_source: dict[str, list[str]] = {}
-        for name in open_:
+        for name in (name for name in open_ if name in shown):
             by_source.setdefault(sources[name], []).append(shown[name])
         for source, some in by_source.items():
-            lines.append(f"The rows say little of {joined(some)}; what stood before them is kept ({source})")
+            lines.append(f"The rows say little of {'; of '.join(some)}. What stood before them is kept ({source})")
     held = [name for name in not_identifiable(fit) if name not in open_]
     kinds = (("Not determined by this data and held", held), ("Stopped at a bound", fit.at_bound))
     lines += [f"{what}: {parameters_text(fit, which)}" for what, which in kinds if which]

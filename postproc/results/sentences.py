@@ -80,15 +80,18 @@ def _named_together(d: Diagnosis) -> str:
 
 
 def _fall(d: Diagnosis) -> str:
-    """Say how far the error falls with what is missing, the pattern that remains included, and what the noise is."""
+    """Say how far the error falls with what is missing, what the pattern that remains adds, and what the noise is."""
     rest = d.unnamed if d.verdict == "unknown" and not d.misleading else None
-    # Patterns are known on the rows that were searched: both figures are of those.
-    first, last = (d.base.held_out_rms, d.final.held_out_rms) if rest is None else (d.screened.held_out_rms, rest)
-    them = ("them" if len(d.missing) > 1 else "it") + ("" if rest is None else " and the pattern that remains")
-    fell = f"With {them}, the error on rows the fit has not seen falls from {1e3 * first:.3f} to {1e3 * last:.3f}"
+    first, last = f"{1e3 * d.base.held_out_rms:.3f}", f"{1e3 * d.final.held_out_rms:.3f} {_unit(d)}"
+    fell = f"With {'them' if len(d.missing) > 1 else 'it'}, the error on rows the fit has not seen "
+    if rest is None:
+        fell += f"falls from {first} to {last}"
+    else:
+        fell += f"is {last}, without {first}; the pattern that remains brings it to {1e3 * rest:.3f} on the rows on "
+        fell += "which its form was chosen"
     little = joined([f"`{key}`" for key in of_little_worth(d)])
     worth = f" Significant, but worth next to nothing: {little}." if little else ""
-    return f"{fell} {_unit(d)}.{_noise(d)}{worth}"
+    return f"{fell}.{_noise(d)}{worth}"
 
 
 def _remaining(d: Diagnosis, s: Suspect) -> str:

@@ -9,7 +9,7 @@ from postproc.effects.registry import effect_library
 from postproc.model.undetermined import POSES, Undetermined
 from postproc.numbers import mm
 from postproc.report.blocks import Values
-from postproc.results.wording import readable, with_sigma
+from postproc.results.wording import in_words, readable, with_sigma
 
 MATTERS = 0.3
 """Share of the stated distance above which what no row has told is said."""
@@ -50,11 +50,13 @@ def undetermined_text(accuracy: Accuracy) -> str:
 
 
 def _parameter_text(known: Undetermined) -> str:
-    """Return the parameter with its value: ``joint_compliance.compliance[1], 4.22 ± 0.90 µrad/(N m)``."""
-    declared = effect_library()[known.effect].parameters() if known.effect in effect_library() else {}
-    field = known.name.partition(".")[2].partition("[")[0]
-    factor, unit = readable(declared[field].unit) if field in declared else (1.0, "")
-    return f"`{known.name}` ({with_sigma(factor * known.value, factor * known.sigma)} {unit})"
+    """Return the parameter with its value: ``the compliance of joint 1 (4.22 ± 0.90 µrad/(N m))``."""
+    effect = effect_library().get(known.effect)
+    name = known.name.partition(".")[2]
+    if effect is None or (declared := effect.parameters().get(name.partition("[")[0])) is None:
+        return f"`{known.name}` ({with_sigma(known.value, known.sigma)})"
+    factor, unit = readable(declared.unit)
+    return f"{in_words(effect, name)} ({with_sigma(factor * known.value, factor * known.sigma)} {unit})"
 
 
 def _pull_text(known: Undetermined) -> str:

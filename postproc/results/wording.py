@@ -30,23 +30,30 @@ def fitted_values(fit: Fit, key: str) -> Iterator[tuple[str, float, float, str]]
     effect = fit.model.effect(key)
     if effect is None:
         return
-    for i, ((name, unit), value) in enumerate(zip(_entries(effect), effect.vector(), strict=True)):
-        if (key, i) in fit.sigma:
-            factor, shown = readable(unit)
-            yield name, factor * float(value), factor * fit.sigma[key, i], shown
+    entries = list(_entries(effect))
+    for i in _told(fit, effect):
+        name, unit = entries[i]
+        factor, shown = readable(unit)
+        yield name, factor * float(effect.vector()[i]), factor * fit.sigma[key, i], shown
+
+
+def _told(fit: Fit, effect: Effect) -> list[int]:
+    """Return the entries of an effect's vector that are told: fitted ones, and open ones at another prior than null."""
+    x, null, fitted = effect.vector(), effect.null_vector(), set(fit.posterior.names)
+    every = [i for i in range(len(x)) if (effect.key, i) in fit.sigma]
+    return [i for i in every if (effect.key, i) in fitted or x[i] != null[i]]
 
 
 def known_values(fit: Fit, key: str) -> Iterator[tuple[int, str]]:
-    """Yield index and text of every parameter of an effect: ``compliance[1] 4.22 ± 0.90 µrad/(N m)``.
+    """Yield index and text of every parameter of an effect: ``the compliance of joint 1, 4.22 ± 0.90 µrad/(N m)``.
 
     Args:
         key: of the effect, which the model has.
     """
     effect = fit.model.effect(key)
     assert effect is not None
-    index = (i for i in range(len(effect.vector())) if (key, i) in fit.sigma)
-    for i, (name, value, sigma, unit) in zip(index, fitted_values(fit, key), strict=True):
-        yield i, f"{name} {with_sigma(value, sigma)} {unit}".rstrip()
+    for i, (name, value, sigma, unit) in zip(_told(fit, effect), fitted_values(fit, key), strict=True):
+        yield i, f"{in_words(type(effect), name)}, {with_sigma(value, sigma)} {unit}".rstrip()
 
 
 def parameter_rows(fit: Fit, key: str, most: int = SINGLY) -> list[tuple[str, str, str, str]]:
@@ -142,6 +149,26 @@ def _entries(effect: Effect) -> Iterator[tuple[str, str]]:
 def _choice(value: object) -> str:
     """Return a structural choice, a word or a number, as text."""
     return value if isinstance(value, str) else f"{value:g}"
+
+
+def in_words(effect: type[Effect], name: str) -> str:
+    """Return a parameter of a joint or a body as a noun: ``compliance[1]`` is ``the compliance of joint 1``.
+
+    Numbers count the joints where an array has an entry for each of them. Others are named as in tables, behind the key
+    of their effect: ``tool_frame shift[x]``.
+
+    Args:
+        effect: its class; name: with or without the unit, and the index.
+    """
+    array, bracket, index = name.partition("[")
+    fields = {field.removesuffix(unit_suffix(meta.unit)): meta for field, meta in effect.parameters().items()}
+    noun = next((short for short in fields if array in (short, short + unit_suffix(fields[short].unit))), array)
+    of = index.rstrip("]")
+    if of.isdigit() and noun in fields and fields[noun].shape == (6,):
+        of = f"joint {of}"
+    if re.fullmatch(r"(joint|body) \d", of):
+        return f"the {noun.replace('_', ' ')} of {of}"
+    return f"{effect.key} {noun}{bracket}{index}"
 
 
 def readable(unit: str) -> tuple[float, str]:

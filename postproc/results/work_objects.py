@@ -48,7 +48,7 @@ def work_object_section(values: Values) -> Section:
     rows: Sequence[Values] = values.get("rigid_shift", ())
     welds = [row for row in rows if row["at_welds"]]
     largest = sorted(welds or rows, key=_size, reverse=True)[:MOST]
-    table = [[row[key] for key in SHIFT] for row in rows]
+    table = [[_cell(key, row[key]) for key in SHIFT] for row in rows]
     blocks: list[Block] = [*(Sentence(_line(row)) for row in largest)]
     blocks.append(DataTable("work objects", list(SHIFT.values()), table, brief=()))
     note = "The rigid motion that fits the corrections of the arm at rest best, about the middle of the targets."
@@ -81,6 +81,13 @@ def _line(row: Values) -> str:
         f"`{name}`: {size:.2f} mm of its correction is one rigid shift of ({shift}) mm, at most {rest:.2f} mm the rest;"
         f" if this arm's own torch has taught it, it holds that shift already: `--wobj-taught {name}`."
     )
+
+
+def _cell(key: str, value: object) -> object:
+    """Return a value as the table shows it: hundredths of a millimetre, thousandths of a degree, yes or no."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return round(float(value), 2 if key.endswith("_mm") else 3) + 0.0 if isinstance(value, float) else value
 
 
 def _size(row: Values) -> float:

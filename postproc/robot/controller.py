@@ -91,8 +91,10 @@ def read_calibration(motion: Entries, robot: Entry) -> Calibration | None:
 
 def read_backup(folder: Path) -> Backup:
     """Read the configuration in a controller's backup; empty where a file is missing."""
-    names = {task.upper(): name.strip() for task, name in _TASK.findall(_text(folder, "BACKINFO", "backinfo.txt"))}
-    return Backup(names, *(read_entries(_text(folder, "SYSPAR", f"{name}.cfg")) for name in ("SYS", "MOC")))
+    names = {
+        task.upper(): name.strip() for task, name in _TASK.findall(text_in_backup(folder, "BACKINFO", "backinfo.txt"))
+    }
+    return Backup(names, *(read_entries(text_in_backup(folder, "SYSPAR", f"{name}.cfg")) for name in ("SYS", "MOC")))
 
 
 def read_drive(backup: Backup, folder: str) -> Drive:
@@ -112,8 +114,10 @@ def read_drive(backup: Backup, folder: str) -> Drive:
         return Drive(name, moves, None, _not_known(_no_single_arm(name, robots, backup, listed)))
     type_ = robots[0].get("use_robot_type", "")
     arm = library_name(type_)
-    unknown = None if arm is not None else _not_in_library(name, type_)
-    return Drive(name, moves, arm, unknown)
+    if arm is not None:
+        return Drive(name, moves, arm)
+    text = f"`{name}` moves an arm of type `{type_}`, which is not in the library"
+    return Drive(name, moves, None, _not_known(text, not_in_library(type_)))
 
 
 def arm_entries(motion: Entries) -> list[Entry]:
@@ -172,12 +176,11 @@ def _no_single_arm(task: str, robots: list[Entry], backup: Backup, listed: bool)
     return f"which arm `{task}` moves is not known: no ROBOT in the backup's MOC.cfg is its arm"
 
 
-def _not_in_library(task: str, type_: str) -> Diagnostic:
-    """Return KIN011 for an arm whose type the library lacks, with the most similar names."""
+def not_in_library(type_: str) -> str:
+    """Return a help text for an arm that the library lacks: names of the same model, and how to name another arm."""
     near = ", ".join(f"`{name}`" for name in nearest_names(type_))
-    near = f"its arms of that model are {near}" if near else "it has no arm of that model: describe it in a file"
-    text = f"`{task}` moves an arm of type `{type_}`, which is not in the library"
-    return _not_known(text, f"{near}; {SETTLE}")
+    known = f"its arms of that model are {near}; name one, or" if near else "it has no arm of that model; name"
+    return f"{known} a file that describes it, `--robot NAME`, or give its model, `-m MODEL`"
 
 
 def by_name(entries: Entries, kind: str) -> dict[str, Entry]:
@@ -185,7 +188,7 @@ def by_name(entries: Entries, kind: str) -> dict[str, Entry]:
     return {entry["name"].lower(): entry for entry in entries.get(kind, []) if "name" in entry}
 
 
-def _text(backup: Path, folder: str, name: str) -> str:
+def text_in_backup(backup: Path, folder: str, name: str) -> str:
     """Return the text of a file in a folder of the backup, both names in any case; empty where there is none."""
     for path in sorted(backup.glob("*")):
         if path.name.lower() == folder.lower() and path.is_dir():

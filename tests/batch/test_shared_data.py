@@ -7,6 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from postproc.batch.nearby import MOST_FILES, read_nearby
+from postproc.diagnostics import Source
+
 from .folders import TOOL, UNNAMED, convert, statuses, target, write
 
 TASKS = ">>TASK1: (T_ROB1,,)\n>>TASK2: (T_ROB2,,)\n>>TASK3: (T_BACK,,)\n"
@@ -114,3 +117,14 @@ def test_a_job_is_done_again_where_another_task_begins_to_write(tmp_path: Path) 
     cell(tmp_path / "in", seam(SHARED), seam(f"TASK {SHARED}"), f"{SHARED}\n  {WRITES}")
     batch, _ = convert(source, tmp_path / "out", UNNAMED)
     assert {o.task.name: o.cached for o in batch.outcomes} == {"RAPID/TASK1": False, "RAPID/TASK2": True}
+
+
+def test_of_too_many_files_near_a_program_none_is_read_and_that_is_said(tmp_path: Path) -> None:
+    lacking = b"MODULE New\n  PROC r()\n    MoveL pNear,v100,fine,tool0;\n  ENDPROC\nENDMODULE\n"
+    own = [Source("New.mod", lacking)]
+    near = f"MODULE Near\n  PERS robtarget pNear:={target(1100)};\nENDMODULE\n"
+    write(tmp_path, {"New.mod": lacking, "Near.mod": near, **{f"m{i}.mod": "" for i in range(MOST_FILES - 1)}})
+    assert [d.code for d in read_nearby(own, tmp_path).findings] == ["RAP038"], "as many as may be read"
+    write(tmp_path, {"one_more.mod": ""})
+    found = read_nearby(own, tmp_path)
+    assert not found.sources and [d.code for d in found.findings] == ["RAP040"]

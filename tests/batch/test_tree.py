@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 
 from postproc.batch.discover import discover
 from postproc.batch.document import batch_document
+from postproc.batch.nearby import read_nearby
 from postproc.batch.summary import result_line
-from postproc.diagnostics import PostprocError
+from postproc.diagnostics import PostprocError, Source
 from postproc.files import resource
 from postproc.report.terminal import render_text
 from postproc.settings import Settings
@@ -21,7 +22,7 @@ from postproc.settings import Settings
 from .folders import ARM, ROUGH, TOOL, UNNAMED, codes, convert, planned, program, statuses, target, tree, write
 
 ENCRYPTED = b"\xfe\x01\x02\x03secret\x00\x05"
-BACKINFO = ">>SYSTEM_ID:\nCell\n\n>>TASK1: (T_MAIN,,)\nPROGMOD/Main.mod @ \n\n>>TASK2: (T_BACK,,)\n\n>>EOF:\n"
+BACKINFO = ">>SYSTEM_ID:\nCell\n\n>>TASK1: (T_MAIN,,)\nPROGMOD/Seam.mod @ \nPROGMOD/Main.mod @ \n\n>>TASK2: (T_BACK,,)\n\n>>EOF:\n"
 SYS = """SYS:CFG_1.0:6:0::
 #
 CAB_TASKS:
@@ -477,6 +478,32 @@ def test_the_module_for_run_time_is_in_the_list_of_its_task(tmp_path: Path) -> N
         assert (tmp_path / "out/RAPID/TASK1/SYSMOD/ppModel.sys").is_file()
     convert(source, tmp_path / "out")
     assert (tmp_path / "out/BACKINFO/backinfo.txt").read_text() == BACKINFO, "without the module as it was"
+
+
+def test_a_controller_loads_the_modules_of_its_list_alone(tmp_path: Path) -> None:
+    """A copy of a module that BACKINFO does not list is copied, said, and neither refused nor read along."""
+    copy = program("Seam", tool="").replace("  PROC", f"  PERS robtarget pOld:={target(1100)};\n  PROC")
+    source = backup(tmp_path / "in", **{"RAPID/TASK1/PROGMOD/Seam_old.mod": copy})
+    batch, _ = convert(source, tmp_path / "out", UNNAMED)
+    assert statuses(batch) == {"RAPID/TASK1": "compensated"}, batch.outcomes
+    (said,) = [d for d in batch.outcomes[0].findings if d.code == "BAT022"]
+    assert said.message.endswith("`RAPID/TASK1/PROGMOD/Seam_old.mod`")
+    assert (tmp_path / "out/RAPID/TASK1/PROGMOD/Seam_old.mod").read_text() == copy
+
+    uses = b"MODULE New\n  PROC r()\n    MoveL pOld,v100,fine,tTorch;\n  ENDPROC\nENDMODULE\n"
+    write(source, {"RAPID/TASK1/PROGMOD/New.mod": uses})
+    own = [Source("RAPID/TASK1/PROGMOD/New.mod", uses)]
+    assert not any(b"pOld" in s.data for s in read_nearby(own, source).sources)
+    listed = BACKINFO.replace("PROGMOD/Main.mod", "PROGMOD/Seam_old.mod")
+    write(source, {"BACKINFO/backinfo.txt": listed})
+    assert any(b"pOld" in s.data for s in read_nearby(own, source).sources)
+
+
+def test_a_list_without_the_modules_of_a_program_leaves_them_in(tmp_path: Path) -> None:
+    source = backup(tmp_path, **{"BACKINFO/backinfo.txt": ">>TASK1: (T_MAIN,Prog,)\nSYSMOD/user.sys @\n"})
+    (task,) = (task for task in discover(source)[0] if task.name == "RAPID/TASK1")
+    assert {name.rpartition("/")[2] for name in task.files} >= {"Main.mod", "Seam.mod", "user.sys"}
+    assert "Hidden.sys" in task.findings[0].message, "its list names the other module of SYSMOD"
 
 
 def test_a_backup_whose_motions_are_loaded_at_run_time_is_told_apart_from_an_empty_one(tmp_path: Path) -> None:

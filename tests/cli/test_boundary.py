@@ -68,6 +68,25 @@ def test_a_table_before_the_model_is_told_so(call: Call, samples: Path) -> None:
     assert (outcome.code, outcome.err.split(":")[0]) == (2, "error[CLI012]")
 
 
+@pytest.mark.parametrize("name", ["corner_arc.mod", "hull_seam.mod", "panel_300.mod"])
+def test_a_program_in_the_place_of_a_table_is_called_one(call: Call, samples: Path, name: str) -> None:
+    program = samples / name
+    outcome = call("fit", program, "--robot", "irb4600_60_205")
+    assert outcome.code == 2
+    assert "error[DAT001]: this is a RAPID program, not a table of measured poses" in outcome.err
+    assert f"`--program {program}`" in outcome.err and "separator" not in outcome.err
+
+
+@pytest.mark.parametrize(
+    ("given", "kind"), [("measurements/simulated_step.csv", "table"), ("hull_seam.mod", "RAPID program")]
+)
+def test_a_file_in_the_place_of_a_model_is_called_what_it_is(call: Call, samples: Path, given: str, kind: str) -> None:
+    outcome = call("compensate", samples / "hull_seam.mod", "-m", samples / given, "-o", "out.mod")
+    assert outcome.code == 2
+    assert f"error[MOD001]: this is a {kind}, not a TOML file" in outcome.err
+    assert f"{kind.split()[-1]}s are named without an option" in outcome.err and "Expected" not in outcome.err
+
+
 @pytest.mark.parametrize("effects", ["", " , "])
 def test_a_fit_of_nothing_is_refused(call: Call, samples: Path, effects: str) -> None:
     table = samples / "measurements" / "simulated_backlash.csv"

@@ -115,3 +115,20 @@ def test_a_configuration_beside_programs_is_named(call_as_written: Call, tmp_pat
         found = call_as_written(*words)
         assert found.code == 2 and "error[CLI013]" in found.err
         assert f"`{source / 'MOC.cfg'}` near it is of `" in found.err and "and `irb4600_60_205`" in found.err
+
+
+def test_an_arm_that_the_library_lacks_is_not_offered_as_a_name(call_as_written: Call, tmp_path: Path) -> None:
+    """The help offers names of the library alone; for other arms it says how one is described."""
+
+    def help_of(*types: str) -> str:
+        entries = "\n".join(f'  -name "R{i}" -use_robot_type "{kind}"' for i, kind in enumerate(types))
+        write(tmp_path, {"a.mod": program("A"), "MOC.cfg": f"MOC:CFG_1.0:6:0::\n#\nROBOT:\n{entries}\n"})
+        found = call_as_written("compensate", tmp_path / "a.mod")
+        assert found.code == 2 and f"near it is of `{types[0]}`" in found.err
+        return found.err
+
+    assert "`--robot irb4600_60_205`" in help_of("ROB1_360_1.6_6", "ROB1_4600_2.05_60")
+    alone, variant = help_of("ROB1_360_1.6_6"), help_of("ROB1_6640_LeanID_2.55_180")
+    assert "no arm of that model" in alone and "irb6640_180_255" in variant
+    for text in (alone, variant):
+        assert "--robot ROB1" not in text and "a file that describes it, `--robot NAME`" in text

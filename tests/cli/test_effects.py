@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 from .conftest import Call
@@ -31,6 +32,11 @@ def test_list_and_show(call: Call, tmp_path: Path) -> None:
     shown = call("effects", "show", "backlash")
     assert shown.code == 0
     assert "half_gap_rad [rad]" in shown.out
+    # A row has a unit of its own: what is small in one column of numbers does not vanish.
+    small = call("effects", "show", "joint_compliance").out + call("effects", "show", "session").out
+    assert re.search(r"compliance_rad_per_Nm .* 0\.001 +1e-06 +0\n", small) and re.search(
+        r"shift_m .* 3e-05 +0\n", small
+    )
     document = json.loads(call("effects", "show", "sag", "--effects", file, "--json").out)
     assert document["schema"] == "postproc/effect/1"
     assert document["parameters"] == {"sag_rad": {"unit": "rad", "null": 0.0}}

@@ -239,6 +239,35 @@ def test_a_diagnosis_ends_with_the_commands_that_follow(
     ]
 
 
+def test_the_command_that_follows_a_draft_adds_it_with_what_has_a_name(
+    call: Call, cell: Path, samples: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = SimpleNamespace(
+        diagnostics=(),
+        base=SimpleNamespace(
+            held_out_rms=1e-4, data=SimpleNamespace(state=SimpleNamespace(approach=1, payload_mass=1))
+        ),
+        missing=[SimpleNamespace(key="backlash", not_separable=("servo_lag",), held_out_after=6e-5)],
+        suspects=[SimpleNamespace(share=0.95, drafts=True)],
+        beside=(),
+        untold=False,
+        misleading=False,
+        verdict="unknown",
+    )
+    shown = Document(title="", values={"schema": "postproc/diagnose/1"}, sentence="The model lacks ..")
+    monkeypatch.setattr("postproc.results.diagnosis.diagnosis_document", lambda *_: shown)
+    monkeypatch.setattr("postproc.identification.diagnose.diagnose", lambda *_, **__: found)
+    monkeypatch.setattr("postproc.render.effect_file.effect_file", lambda *_: ("own", "# what remains"))
+    model, data, own = samples / "models" / "irb4600_60_205.toml", cell / "fit.csv", tmp_path / "own.py"
+    said = call("diagnose", model, data, "--draft", own).err.splitlines()[1:]
+    model, data, own = (shlex.quote(str(path)) for path in (model, data, own))
+    assert said == [
+        f"next: `postproc add {model} backlash own --data {data} --effects {own} -o BETTER.toml` adds what was found, the "
+        "draft included",
+        f"or: `postproc plan {model} {data} --between backlash,servo_lag -o POSES.csv` chooses poses that tell them apart",
+    ]
+
+
 def test_what_follows_can_be_copied_into_a_shell(
     call: Call, cell: Path, samples: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

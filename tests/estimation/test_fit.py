@@ -147,7 +147,7 @@ def test_the_fit_is_written_and_read_back():
     assert "# my cell" in text and "# the big one" in text
     again = parse_model(Source("cell.toml", text.encode()))
     np.testing.assert_allclose(predict(again, data.state), predict(model, data.state), atol=1e-12)
-    assert again.fit["noise_mm"] == pytest.approx(1e3 * estimate_noise(data).sigma, abs=1e-5)
+    assert again.fit["noise_mm"] == pytest.approx(1e3 * estimate_noise(data, model.robot).sigma, abs=1e-5)
 
 
 def test_too_few_rows_are_a_finding():
@@ -295,6 +295,7 @@ def test_an_effect_that_hardly_helps_is_said_so():
             rms=held_out,
             parts=SimpleNamespace(level=2.5e-5),
             observed=observations(False, False)[0],
+            drafted=False,
         )
 
     def said(held_out: float, share: float) -> str:

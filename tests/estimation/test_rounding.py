@@ -35,7 +35,7 @@ def rounded(data):
 def test_rounded_angles_are_an_error_that_coordinates_and_repeats_share():
     data = rounded(cell(seed=5160, noise=0.02, poses=40)[0])
     problem, noise = base_fit(data).problem, 2e-5
-    weights = make_weights(data, estimate_noise(data, noise))
+    weights = make_weights(data, estimate_noise(data, load_robot("irb4600_60_205"), noise))
     seen, _ = blurred(Problem(problem.model, data, weights), Noise(noise, np.inf, None, "user"))
     J = seen.sensitivity.matrix[:, :3, :6]
     g = np.random.default_rng(7)

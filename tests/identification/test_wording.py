@@ -28,7 +28,7 @@ from postproc.measure.observations import observations
 from postproc.results.diagnosis import brief_ranking, suspect_table, verdict_figures
 from postproc.results.fit import fit_values, parameter_values
 from postproc.results.sentences import doubts, headline, of_little_worth
-from postproc.results.wording import fitted_values, grouped, p_text, parameter_rows, parameters_text, place
+from postproc.results.wording import fitted_values, grouped, in_words, p_text, parameter_rows, parameters_text, place
 from tests.identification.cells import base_fit, cell
 
 POSITIONS = observations(rotation=False, joint=False)[0]
@@ -226,7 +226,10 @@ def test_a_pattern_that_predicts_unseen_rows_worse_is_no_law_to_add(unnamed, sai
 
 
 def test_a_name_beside_what_remains_is_told_by_the_error_of_both():
-    """Beside a large law that nobody knows it hardly lowers the error on its own, and is worth adding."""
+    """Beside a large law that nobody knows it hardly lowers the error on its own, and is worth adding.
+
+    No figure of the pattern is called one of rows that the fit has not seen: its choice has seen them all.
+    """
     line = _missing("transmission_error", "joint 1, order 5", held_out_after=4.91e-4)
     suspect = SimpleNamespace(channel="operator", where="tool", pattern="step", share=0.9, drafts=("1.0",))
     found = SimpleNamespace(
@@ -248,7 +251,8 @@ def test_a_name_beside_what_remains_is_told_by_the_error_of_both():
         misleading=False,
     )
     text = headline(found)
-    assert "With it and the pattern that remains, the error" in text and "from 0.488 to 0.057 mm" in text
+    assert "With it, the error on rows the fit has not seen is 0.491 mm per axis, without 0.488;" in text
+    assert "the pattern that remains brings it to 0.057 on the rows on which its form was chosen." in text
     assert "worth next to nothing" not in text
     found.verdict = "missing"
     assert of_little_worth(found) == ["transmission_error"]
@@ -259,3 +263,18 @@ def test_a_mean_of_nothing_has_no_sign():
     found = compare(fit.model, fit.data)
     text = text_of(replace(found, error=np.full_like(found.error, [1e-3, 0.0, -1e-9])))
     assert re.search(r"^  z +0\.0+ +0\.0+$", text, re.MULTILINE)
+
+
+@pytest.mark.parametrize(
+    ("key", "name", "said"),
+    [
+        ("joint_compliance", "compliance_rad_per_Nm[1]", "the compliance of joint 1"),
+        ("backlash", "half_gap[2]", "the half gap of joint 2"),
+        ("arm_load", "mass[body 3]", "the mass of body 3"),
+        ("tool_frame", "shift_m[x]", "tool_frame shift[x]"),
+        ("payload_error", "mass_kg", "payload_error mass"),
+        ("transmission_error", "sine_rad[1]", "transmission_error sine[1]"),  # the first wave, not joint 1
+    ],
+)
+def test_a_parameter_of_a_joint_is_named_in_words(key, name, said):
+    assert in_words(effect_library()[key], name) == said

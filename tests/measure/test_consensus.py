@@ -131,3 +131,59 @@ def test_a_user_who_knows_better_keeps_the_rows():
     y[:20] = rotated(y[:20], np.random.default_rng(0))
     assert len(written(q, y).wrong) == 20
     assert not written(q, y, accept=frozenset({"DAT007"})).wrong
+
+
+def seen_from_anywhere(count: int, size: int) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    """Angles [deg], points [mm] and sessions of ``size`` poses each, every one seen from another place."""
+    g = np.random.default_rng(4)
+    q, y = measured(n=count * size)
+    session = np.repeat(np.arange(count), size)
+    for s in range(count):
+        R = Rotation.from_rotvec(g.normal(0, 1, 3)).as_matrix()
+        y[session == s] = y[session == s] @ R.T + g.normal(0, 3000, 3)
+    return q, y, [f"s{s}" for s in session]
+
+
+@pytest.mark.parametrize("size", [2, 3, 4])
+def test_sessions_of_few_poses_from_several_places_are_named_as_the_cause(size):
+    """Six unknowns of each place want more than the few numbers of its rows: nothing is said of the arm."""
+    with pytest.raises(PostprocError) as raised:
+        written(*seen_from_anywhere(60 // size, size))
+    (found,) = raised.value.diagnostics
+    assert found.code == "DAT009"
+    assert f"no session has more than {size} poses" in found.message and "not all seen from one place" in found.message
+    assert "8 poses or more from each place" in found.help
+
+
+def test_sessions_of_two_poses_from_one_place_are_one_in_the_search_for_wrong_rows():
+    q, y = measured()
+    y[[20, 50, 51]] += [0.0, 60.0, 0.0]
+    assert {row for _, row in written(q, y, [f"s{i // 2}" for i in range(N)]).wrong} == {21, 51, 52}
+
+
+def test_columns_are_read_anew_in_the_largest_of_sessions_from_several_places():
+    """The rows together fit no place whatever the columns mean; those of one session do."""
+    q, y, session = seen_from_anywhere(3, 40)
+    q[:, 3] *= -1
+    with pytest.raises(PostprocError, match="`q4_deg` looks negated"):
+        written(q, y, session)
+
+
+@pytest.mark.parametrize("n", [12, N])
+def test_a_point_at_the_origin_of_the_instrument_is_measured_where_the_arm_stood_there(n):
+    """An instrument's frame that was set up on a point of the arm has that point at 0, 0, 0, exactly."""
+    q, y = measured(n=n)
+    y -= y[3]
+    data = written(q, y)
+    assert data.usable.all() and not data.diagnostics
+
+
+@pytest.mark.parametrize(("n", "count"), [(12, 2), (N, 1), (N, 30), (N, 90)])
+def test_zeros_where_the_arm_did_not_stand_are_a_lost_beam(n, count):
+    q, y = measured(n=n)
+    bad = np.sort(np.random.default_rng(2).choice(n, count, replace=False))
+    y[bad] = 0.0
+    data = written(q, y)
+    assert np.flatnonzero(~data.usable).tolist() == bad.tolist()
+    (found,) = (d for d in data.diagnostics if "lost its beam" in d.message)
+    assert found.code == "DAT005" and f"in {count} of {n} rows" in found.message

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -245,7 +247,7 @@ def test_repeats_that_differ_in_a_column_of_the_users_are_none_where_it_matters(
             moved = g.normal([0, shift_mm * (dock - 1), 0], 0.05)
             rows.append(",".join([*cells[:7], *(f"{float(c) + d:.6f}" for c, d in zip(cells[7:], moved, strict=True))]))
             rows[-1] += f",{dock_names[dock - 1]}"
-    noise = estimate_noise(read_measurements(source([f"{lines[0]},dock", *rows]), ARM))
+    noise = estimate_noise(read_measurements(source([f"{lines[0]},dock", *rows]), ARM), ARM)
     assert noise.sigma == pytest.approx(5e-5, rel=0.15)
     assert noise.dof == dof
 
@@ -260,7 +262,7 @@ def test_repeats_that_follow_a_number_of_the_users_are_no_noise():
             moved = g.normal([0, 4e-4 * force, 0], 0.02)
             seen = [f"{float(c) + d:.6f}" for c, d in zip(cells[7:], moved, strict=True)]
             rows.append(",".join([*cells[:7], *seen, f"{force:.1f}", f"{20 + 5 * (round_ == 2)}"]))
-    noise = estimate_noise(read_measurements(source([f"{lines[0]},grip_N,temperature_C", *rows]), ARM))
+    noise = estimate_noise(read_measurements(source([f"{lines[0]},grip_N,temperature_C", *rows]), ARM), ARM)
     assert noise.sigma == pytest.approx(2e-5, rel=0.2)
     assert noise.dof == 24 * 3
 
@@ -275,7 +277,7 @@ def test_repeats_agree_in_words_where_every_one_of_them_does():
             moved = g.normal([0.1 * (k == 0), 0.1 * (k == 1), 0.1 * (k == 2)], 0.02)
             seen = [f"{float(c) + d:.6f}" for c, d in zip(cells[7:], moved, strict=True)]
             rows.append(",".join([*cells[:7], *seen, ("A1", "B2", "C3")[k]]))
-    noise = estimate_noise(read_measurements(source([f"{lines[0]},smr", *rows]), ARM))
+    noise = estimate_noise(read_measurements(source([f"{lines[0]},smr", *rows]), ARM), ARM)
     assert noise.sigma == pytest.approx(2e-5, rel=0.2)
 
 
@@ -289,7 +291,7 @@ def test_one_coordinate_tells_its_noise():
         for cells in (line.split(",") for line in lines[1:])
     ]
     data = read_measurements(source([lines[0].removeprefix("pose_id,"), *rows]), ARM)
-    noise = estimate_noise(data)
+    noise = estimate_noise(data, ARM)
     assert noise.origin == "repeats" and noise.dof == 20 * 2
     assert noise.sigma == pytest.approx(5e-5, rel=0.25)
     assert data.pose_id[:2] == data.pose_id[20:22] == ("1", "2")
@@ -307,13 +309,13 @@ def test_noise_and_iso_figures_from_repeats():
             shaken = [f"{float(c) + d:.6f}" for c, d in zip(cells[7:], g.normal(0, 0.05, 3), strict=True)]
             rows.append(",".join([*cells[:7], *shaken]))
     data = read_measurements(source([lines[0], *rows]), ARM)
-    noise = estimate_noise(data)
+    noise = estimate_noise(data, ARM)
     assert noise.origin == "repeats" and noise.dof == 30 * 3 * 3
     assert noise.sigma == pytest.approx(5e-5, rel=0.15)
     stray = rows[9].split(",")
     stray[8] = f"{float(stray[8]) + 99:.4f}"
     strayed = read_measurements(source([lines[0], *rows[:9], ",".join(stray), *rows[10:]]), ARM)
-    assert estimate_noise(strayed).sigma == pytest.approx(5e-5, rel=0.15)
+    assert estimate_noise(strayed, ARM).sigma == pytest.approx(5e-5, rel=0.15)
     figures = iso9283(np.tile([1e-3, 0, 0], (4, 1)), np.zeros(4, dtype=int))
     assert figures.accuracy_mean == pytest.approx(1.0) and figures.repeatability_max == pytest.approx(0.0, abs=1e-12)
     spread = iso9283(np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]]) * 1e-3, np.zeros(4, dtype=int))
@@ -398,3 +400,22 @@ def test_a_gauge_reads_the_same_twice_and_a_copied_row_of_a_tracker_is_no_chance
     assert "DAT006" in codes([header, *rows, *again, again[3]])
     copied = [header, *rows, *again, *again[:2]]
     assert codes(copied).count("DAT006") == 2
+
+
+@pytest.mark.parametrize(("scatter_mm", "rp_mm"), [(0.001, 0.06), (0.001, None), (0.006, 0.06), (0.03, 0.06)])
+def test_readings_of_a_standing_arm_do_not_say_how_well_it_comes_back(scatter_mm, rp_mm):
+    """Where repeats scatter far less than the data sheet, the noise has the arm's share: RP / 3.62 per axis."""
+    g = np.random.default_rng(8)
+    away = np.linalg.norm(g.normal(0, 1, (400_000, 3)), axis=1)
+    per_axis = (rp_mm or 0.0) / (away.mean() + 3 * away.std())  # RP of ISO 9283, l + 3 S
+    lines, rows = table(30, 0.0), []
+    for line in lines[1:]:
+        cells = line.split(",")
+        for _ in range(3):
+            shaken = [f"{float(c) + d:.6f}" for c, d in zip(cells[7:], g.normal(0, scatter_mm, 3), strict=True)]
+            rows.append(",".join([*cells[:7], *shaken]))
+    arm = replace(ARM, repeatability=None if rp_mm is None else 1e-3 * rp_mm)
+    expected = np.hypot(scatter_mm, per_axis) if scatter_mm < 0.004 else scatter_mm
+    for order in (np.arange(90), g.permutation(90)):
+        data = read_measurements(source([lines[0], *(rows[i] for i in order)]), arm)
+        assert 1e3 * estimate_noise(data, arm).sigma == pytest.approx(expected, rel=0.15)

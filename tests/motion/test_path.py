@@ -234,6 +234,16 @@ def test_a_goal_in_another_configuration() -> None:
     assert codes([moves[0], replace(moves[1], q=turned)]) == ["MOT004"]
 
 
+def test_the_advice_is_for_the_kind_of_motion() -> None:
+    """A joint move passes no singularity: behind a line that arrives otherwise, that line's target is to be mended."""
+    moves = chain(joint(A), line(B, zone=0.02), {"kind": "absjoint", "q": HOME})
+    moves[1] = replace(moves[1], q=moves[1].q + np.array([0, 0, 0, 0, 0, 2 * np.pi]))
+    at_joint_move = [d for d in sample_path(ROBOT, moves)[1] if d.span == (2, 3)]
+    assert {d.code for d in at_joint_move} == {"MOT002", "MOT003"}
+    assert not any("joint move" in d.help or "configuration," in d.help for d in at_joint_move)
+    assert any("correct the target before this one" in d.help for d in at_joint_move)
+
+
 def test_through_the_singular_wrist() -> None:
     middle = tcp(np.radians([[5.0, 10.0, 10.0, 80.0, 0.3, -80.0]]))[0]
     start, end = middle.copy(), middle.copy()

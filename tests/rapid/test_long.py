@@ -208,3 +208,18 @@ def test_records_inside_one_another_are_too_large_to_follow(inner: str) -> None:
     kind = inner.replace("{}", "40")
     text = module("x.a:=x.b;\n" + MOVE.format("a"), f"VAR {kind} x;").replace("MODULE M\n", f"MODULE M\n{records}\n", 1)
     assert len(walk_program(read_program(Source("records.mod", text.encode()))).events) == 2
+
+
+def test_what_a_test_asks_is_worked_out_once() -> None:
+    """The expression of TEST is evaluated once, however many arms there are, as on a controller."""
+
+    def cost(arms: int) -> int:
+        cases = "\n".join(f"CASE {k}:\nn:={k};" for k in range(arms))
+        text = (
+            "MODULE M\nVAR num n;\nFUNC num fSum()\nVAR num s:=0;\nFOR i FROM 1 TO 200 DO\ns:=s+i;\nENDFOR\nRETURN s;\nENDFUNC\n"
+            f"PROC main()\nTEST fSum()\n{cases}\nENDTEST\nMoveL *,v100,fine,tool0;\nENDPROC\nENDMODULE\n"
+        )
+        program = read_program(Source("m.mod", text.encode()))
+        return operations(lambda: walk(program))
+
+    assert cost(40) < 1.5 * cost(1)

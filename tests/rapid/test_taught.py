@@ -100,6 +100,13 @@ def test_what_the_program_moves_is_refused_and_not_offered(body: str, name: str)
     assert not any("--taught" in (d.help or "") for d in followed(body)[1])
 
 
+def test_what_is_offered_is_not_refused_where_other_data_is_left_out() -> None:
+    """A frame worked out of data that the program moves is moved with it, unless that data is stated, too."""
+    body = f"WHILE TRUE DO off.trans:=pFound.trans; w.oframe.trans:=off.trans; {GO} PDispSet off; off:=[t0.tframe.trans,[1,0,0,0]]; {GO} ENDWHILE"
+    assert any(d.code == "RAP035" for d in followed(body, "w")[1])
+    assert not any("--taught" in (d.help or "") for d in followed(body)[1])
+
+
 def test_a_known_value_counts_until_it_is_measured_again() -> None:
     events, found = followed(f"t:=t0; {GO} BEUpdateTcp t; {GO}", "t")
     assert [event.tool.tframe.trans[0] for event in events] == [60.0, 0.0] and not found

@@ -100,6 +100,21 @@ def test_code_on_the_module_line(newline: str) -> None:
     assert "n" in {d.name.lower() for d in program.declarations}
 
 
+@pytest.mark.parametrize("newline", ["\n", "\r\n"])
+def test_a_line_with_several_statements_stays_one_line(newline: str) -> None:
+    """Targets that are added between two statements of a line break no line: all outside of the statements is kept."""
+    body = f"MoveJ p1,v200,fine,tT; WaitTime 1; MoveL {target(1350, 100)},v50,fine,tT; WaitTime 2;"
+    body += f"\nIF TRUE THEN MoveL {target(1300, -500)},v50,fine,tT; ENDIF"
+    text = module(f"CONST robtarget p1:={target(1350, -500)};", body).replace("\n", newline)
+    found = convert(text)
+    out = written(found)
+    program = read_program([Source("m.mod", out.encode("latin-1"))])
+    assert found.report["added_targets"] >= 2 and len(program.statements) == 3 + found.report["added_targets"]
+    first, second = (line for line in out.splitlines() if "WaitTime 1;" in line or "IF TRUE" in line)
+    assert first.count("MoveL") >= 2 and first.endswith("WaitTime 2;")
+    assert second.count("MoveL") >= 2 and second.endswith("ENDIF")
+
+
 def test_a_whole_module_on_one_line() -> None:
     text = (
         "MODULE M "

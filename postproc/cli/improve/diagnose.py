@@ -81,7 +81,16 @@ def _say_further(found: Diagnosis, asked: Question, draft: Path | None, drafted:
     keys = [m.key for m in found.missing if m.key not in little]
     same = (*table.words(), *own.words())
     tables = [word for name in data for word in ("--data", name)]  # as `add` takes them
-    if keys:
+    lacking = to_record(found)
+    told = drafted is not None and not found.misleading and not lacking
+    written = draft if told else None
+    if written is not None:
+        words = ("add", model, *keys, drafted, *tables, *table.words(), *own.words(written), "-o", "BETTER.toml")
+        what = "adds what was found, the draft included" if keys else "adds it"
+        if not found.suspects[0].drafts:
+            what = "adds what a single pose tells of it, which is not all"
+        say_next(what, *words)
+    elif keys:
         what = f"writes the model that has {'it' if len(keys) == 1 else 'them'}"
         say_next(what, "add", model, *keys, *tables, *same, "-o", "BETTER.toml")
     for m in found.missing:
@@ -94,15 +103,7 @@ def _say_further(found: Diagnosis, asked: Question, draft: Path | None, drafted:
     elif found.verdict == "complete":
         words = ("compensate", "PROGRAM", "-m", model, *ArmOptions(effects=own.effects).words(), "-o", "OUT")
         say_next("corrects a program with this model", *words)
-    lacking = to_record(found)
-    told = drafted is not None and not found.misleading and not lacking
-    if told and draft is not None:
-        words = ("add", model, *keys, drafted, *tables, *table.words(), *own.words(draft), "-o", "BETTER.toml")
-        what = "adds what remains, too" if keys else "adds it"
-        if not found.suspects[0].drafts:
-            what = "adds what a single pose tells of it, which is not all"
-        say_next(what, *words, lead="or" if keys else "next")
-    elif told:
+    if told and written is None:
         words = ("diagnose", model, *data, *same, "--draft", "OWN.py")
         say_next("writes what remains as an effect of your own", *words, lead="and" if found.missing else "next")
     elif found.suspects and draft is None and not lacking:

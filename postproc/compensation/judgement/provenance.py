@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 
 from postproc.compensation.correction.rigid_shift import RigidShift
@@ -14,7 +13,6 @@ from postproc.rapid.syntax.spans import TargetSpans, literal
 
 PENDANT = 2  # decimals [mm] with which a pendant stores a position; zeros at the end are left out
 FEWEST = 3  # different targets: of one or two that is chance
-_DECIMALS = re.compile(rb"\d*\.(\d*?)0*$")
 
 
 def doubt_drawn(shifts: Sequence[RigidShift], moves: Sequence[Move], options: Options) -> list[Diagnostic]:
@@ -57,4 +55,5 @@ def _decimals(spans: TargetSpans) -> int:
     """The most decimals of x, y and z of a target as it is written, without zeros at the end."""
     found = literal(spans.source.data, *spans.whole)
     numbers = () if found is None else (found[1], found[2], found[3])
-    return max((len(m[1]) for n in numbers if (m := _DECIMALS.search(n))), default=0)
+    fractions = [n.partition(b".")[2] for n in numbers]
+    return max((len(f.rstrip(b"0")) for f in fractions if f.isdigit()), default=0)

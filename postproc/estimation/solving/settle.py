@@ -8,6 +8,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.estimation.fitted import Fit
+from postproc.estimation.posterior import yielding
 from postproc.estimation.priors import is_placed, prior_of
 from postproc.estimation.solving.determined import slope
 
@@ -56,8 +57,9 @@ def _pulled(fit: Fit) -> tuple[Array, Array]:
         if key in free:
             continue
         x, prior = vectors[key][i], priors[key]
-        log = prior.log[i] and x > 0
-        unit = x if log else 1.0
-        centre[k] = x - x * np.log(x / prior.value[i]) if log else prior.value[i]
-        pull[k] = np.sqrt(fit.scatter_of_parameters) / (unit * prior.spread[i])
+        log = bool(prior.log[i] and x > 0)
+        off = np.log(x / prior.value[i]) if log else x - prior.value[i]
+        unit, centre[k] = (x, x - x * off) if log else (1.0, prior.value[i])
+        weight = yielding(np.array([off]), prior.spread[i : i + 1], np.array([log]))[0]
+        pull[k] = np.sqrt(fit.scatter_of_parameters * weight) / unit
     return pull, centre

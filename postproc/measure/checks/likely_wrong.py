@@ -25,7 +25,7 @@ from postproc.measure.checks.readings import (
     zero_errors,
 )
 from postproc.measure.checks.sizes import check_sizes
-from postproc.measure.consensus import LEAST_M, TIMES, Agreement
+from postproc.measure.consensus import FEWEST_PLACED, LEAST_M, TIMES, Agreement, poses_among, sessions_of
 from postproc.measure.measurements import FEWEST, Measurements
 from postproc.measure.read.cells import Cells
 from postproc.measure.read.values.turns import FOLLOWS, Turns
@@ -67,8 +67,7 @@ def check_measurements(
         *check_sizes(data, robot, cells),
     ]
     rows = agreed.rows
-    poses = np.unique(np.round(data.state.q[rows], 6), axis=0)
-    if data.tool_known or len(poses) < FEWEST:
+    if data.tool_known or poses_among(data.state.q[rows]) < FEWEST:
         small = len(data) >= FEWEST and np.nanmax(np.abs(data.state.q), initial=0) < RADIANS_BELOW
         radians = [_finding("warning", *RADIANS, cells)] if small else []
         turned = _check_orientations(data, robot, rows, cells, turns)
@@ -133,7 +132,8 @@ def _check_readings(
     """Return one DAT009 where the points do not fit the nominal arm, with what explains it if anything does; else [].
 
     Explanations are points beside the angles of another row, other units, signs or order of columns, another arm, and
-    joint zeros. Other joint angles that measured orientations contradict are not proposed.
+    joint zeros. Other joint angles that measured orientations contradict are not proposed. Where nothing
+    explains the rows of several sessions together, those of the largest are tried: they were seen from one place.
 
     Args:
         arm: the nominal arm at every row; agreed: which rows agree; unit: unit of length of the positions as read.
@@ -177,6 +177,18 @@ def _check_readings(
         j = int(np.argmax(np.abs(offset)))
         help_ = f"joint zeros explain it (joint {j + 1} by {np.rad2deg(offset[j]):.1f} deg): the fit finds them"
         return found("warning", message, help_)
+    if len(sessions := np.unique(sessions_of(data)[rows])) > 1:
+        poses = {name: poses_among(data.state.q[rows[sessions_of(data)[rows] == name]]) for name in sessions}
+        largest = max(sessions, key=lambda name: poses[name])
+        if poses[largest] >= FEWEST_PLACED:
+            agreed = replace(agreed, rows=rows[sessions_of(data)[rows] == largest])
+            return _check_readings(data, whole, agreed, cells, unit, turns)
+        message = (
+            f"no session has more than {poses[largest]} poses, and the points were not all seen from one place: "
+            "nothing tells where the instrument stood"
+        )
+        help_ = f"measure {FEWEST} poses or more from each place of the instrument, in one session"
+        return found("error", message, help_)
     help_ = "check the robot's name, the joint zeros and signs, and that joints and points belong to the same rows"
     if arm.T_reference_base is not None:
         help_ += "; and that external axes stand as `eax_a` .. say, and run as the cell says"

@@ -12,6 +12,12 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.measure.measurements import Measurements
 from postproc.measure.significance import CHANCE, chance_of_excess
+from postproc.robot.arm import Robot
+
+RP_PER_AXIS = float(np.sqrt(8 / np.pi) + 3 * np.sqrt(3 - 8 / np.pi))
+"""RP of ISO 9283, l + 3 S of distances in space, over the standard deviation per axis: 3.62 (Maxwell)."""
+STANDING = 0.25
+"""No arm that moved comes back to a pose so many times better than its data sheet says: it stood still."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +54,7 @@ class Noise:
         return float(np.sqrt(max(self.sigma**2 - self.rounding**2 - self.instrument**2, 0.0)))
 
 
-def estimate_noise(data: Measurements, stated: float | None = None, error: Array | None = None) -> Noise:
+def estimate_noise(data: Measurements, robot: Robot, stated: float | None = None, error: Array | None = None) -> Noise:
     """Return the noise that the user states, else the pooled scatter of repeats about the mean of each group.
 
     Repeats of one visit count where they have 9 degrees of freedom: those of a later visit differ by drift and heat as
@@ -56,6 +62,7 @@ def estimate_noise(data: Measurements, stated: float | None = None, error: Array
     the user's own columns explains within repeats is no noise. Column ``sigma_mm`` gives the share of the instrument.
 
     Args:
+        robot: whose repeatability counts where it did not move between repeats (`scatters`).
         stated: [m], or [rad] where only angles were measured.
         error: (n, k) residuals of a model, whose scatter counts in place of that of the observed numbers.
     """
@@ -68,16 +75,22 @@ def estimate_noise(data: Measurements, stated: float | None = None, error: Array
     if stated is not None:
         return Noise(stated, np.inf, rotation, "user", instrument=instrument)
     found: Noise | None = None
-    for square, dof in scatters(data, values):
+    for square, dof in scatters(data, values, robot):
         if dof >= 9 and square > 0 and (found is None or significantly_below(square, dof, found)):
             found = Noise(float(np.sqrt(square)), dof, rotation, "repeats", instrument=instrument)
     return found or Noise(None, 0.0, rotation, "none", instrument=instrument)
 
 
-def scatters(data: Measurements, values: Array) -> list[tuple[float, float]]:
-    """Return (pooled variance, degrees of freedom) of values (n, k), twice: of repeats of one visit, of all repeats."""
+def scatters(data: Measurements, values: Array, robot: Robot) -> list[tuple[float, float]]:
+    """Return (pooled variance, degrees of freedom) of values (n, k), twice: of repeats of one visit, of all repeats.
+
+    Several readings of a standing arm are repeats of the instrument alone. Positions that scatter by less than a
+    quarter of the arm's repeatability on its data sheet are such: its square is added, no pose is attained better.
+    """
+    arm = (robot.repeatability or 0.0) / RP_PER_AXIS if data.observed.name == "position" else 0.0
     some = (visits(data), data.repeats)
-    return [_unexplained_scatter(data, _without_strays(values, groups), groups) for groups in some]
+    found = [_unexplained_scatter(data, _without_strays(values, groups), groups) for groups in some]
+    return [(square + arm**2 * (0 < square < (STANDING * arm) ** 2), dof) for square, dof in found]
 
 
 def _values(data: Measurements) -> Array:

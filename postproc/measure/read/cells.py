@@ -12,6 +12,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Source, Span
+from postproc.files import is_program
 from postproc.measure.read.layout import ColumnMap
 from postproc.measure.read.spreadsheet import MARK, sheet_text
 from postproc.measure.read.values.numbers import EMPTY, as_number, find_decimal, holds_numbers
@@ -138,11 +139,18 @@ def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic],
     """
     source = _as_text(source, diagnostics)
     if (count := source.data.count(b"\n")) > MOST_ROWS:
-        text = f"this table has {count:,} rows, and at most {MOST_ROWS:,} are read"
-        raise _no_table(text, source, "take every n-th row, or a part of the table at a time")
+        message = f"this table has {count:,} rows, and at most {MOST_ROWS:,} are read"
+        raise _no_table(message, source, "take every n-th row, or a part of the table at a time")
+    text = source.data.decode(source.encoding)
+    if is_program(text):
+        help_ = (
+            "name the table of what was measured; where it names targets of this program (column `target`), add "
+            f"`--program {source.path}`"
+        )
+        raise _no_table("this is a RAPID program, not a table of measured poses", source, help_)
     numbered = [
         (number, line)
-        for number, line in enumerate(source.data.decode(source.encoding).split("\n"), start=1)
+        for number, line in enumerate(text.split("\n"), start=1)
         if line.strip(BLANK) and not (layout.comment and line.lstrip().startswith(layout.comment))
     ]
     if len(numbered) < (2 if layout.header else 1):

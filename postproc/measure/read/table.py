@@ -11,7 +11,7 @@ from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.effects.contract import State
 from postproc.measure.checks.likely_wrong import check_measurements
-from postproc.measure.consensus import agreement
+from postproc.measure.consensus import LEAST_M, TIMES, Agreement, agreement
 from postproc.measure.measurements import Measurements
 from postproc.measure.read import columns as names
 from postproc.measure.read.cells import read_cells
@@ -68,7 +68,6 @@ def read_measurements(
     commanded = _commanded(table, robot, program, terms.station or Station())
     tool_known = commanded.T_flange_tcp is not None
     state = with_external_axes(_state(table, commanded), table, terms.station, commanded.extax)
-    check_work(state, table, robot, position)
     data = Measurements(
         state=_followed(state, table, terms),
         position=position,
@@ -84,13 +83,38 @@ def read_measurements(
         sources=(source,),
     )
     unit = table.place["x_mm"].unit if "x_mm" in table.place else "mm"
-    agreed = agreement(data, robot)
+    data, agreed = _without_lost(data, agreement(data, robot), table, robot)
+    check_work(data.state, table, robot, data.position)
     found = check_measurements(data, robot, table.cells, turns, agreed, measured=measured, unit=unit)
     diagnostics = accepted([*table.diagnostics, *found], terms.accept)
     if has_errors(diagnostics):
         raise PostprocError(diagnostics)
     wrong = agreed.rows[agreed.wrong] if agreed.near and "DAT007" not in terms.accept else ()
     return replace(data, wrong=frozenset((0, data.row[i]) for i in wrong), diagnostics=tuple(diagnostics))
+
+
+def _without_lost(data: Measurements, agreed: Agreement, table: Table, robot: Robot) -> tuple[Measurements, Agreement]:
+    """Return the rows with no position where a tracker lost its beam and wrote 0, 0, 0, and what the others agree on.
+
+    Where the arm stood at the origin of the instrument's frame, the other rows have it there: that was measured.
+
+    Args:
+        agreed: what all rows agree on; table: gets the warning (DAT005).
+    """
+    zero = (data.position == 0).all(axis=1)
+    if not zero.any() or zero.all():
+        return data, agreed
+    near = np.zeros(len(data), dtype=bool)
+    limit = np.maximum(LEAST_M, TIMES * agreed.typical)
+    near[agreed.rows] = agreed.near & (np.linalg.norm(agreed.error, axis=1) <= limit)
+    lost = zero & ~near
+    if not lost.any():
+        return data, agreed
+    message = f"x, y and z are 0 in {lost.sum()} of {len(lost)} rows, as a tracker writes that lost its beam"
+    help_ = "leave such cells empty; they count as not measured"
+    table.say("DAT005", "warning", message, help_, int(np.flatnonzero(lost)[0]))
+    data = replace(data, position=np.where(lost[:, None], np.nan, data.position))
+    return data, agreement(data, robot)
 
 
 def _opened(source: Source, layout: ColumnMap, terms: Reading, every: bool) -> Table:
@@ -152,10 +176,7 @@ def _labels(q: Array) -> list[str]:
 
 
 def _positions(table: Table) -> Array | None:
-    """Return (n, 3) measured positions [m], NaN along axes that have no column; None where there is no column.
-
-    Rows in which all three are exactly 0, if not all, are lost beams: they become NaN, with a warning.
-    """
+    """Return (n, 3) measured positions [m], NaN along axes that have no column; None where there is no column."""
     present = [name for name in names.POSITION if name in table.place]
     if not present:
         return None
@@ -166,15 +187,7 @@ def _positions(table: Table) -> Array | None:
         )
         table.say("DAT002", "warning", message, missing_help(table.cells))
     nothing = np.full(len(table.cells.rows), np.nan)
-    position = np.stack([nothing if (c := table.column(name)) is None else c for name in names.POSITION], axis=1)
-    lost = (position == 0).all(axis=1)
-    if not lost.any() or lost.all():
-        return position
-    message = f"x, y and z are 0 in {lost.sum()} of {len(lost)} rows, as a tracker writes that lost its beam"
-    table.say(
-        "DAT005", "warning", message, "leave such cells empty; they count as not measured", int(np.flatnonzero(lost)[0])
-    )
-    return np.where(lost[:, None], np.nan, position)
+    return np.stack([nothing if (c := table.column(name)) is None else c for name in names.POSITION], axis=1)
 
 
 def _deviations(table: Table) -> Array | None:

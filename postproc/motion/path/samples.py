@@ -175,11 +175,19 @@ def _examine(robot: Robot, moves: tuple[Move, ...], path: Path, in_space: Flags)
     """
     findings = []
 
-    def report(rows: Index, code: str, severity: Severity, message: Callable[[int], str], help: str) -> None:
-        """Add one finding for each move that has samples among ``rows``, at the first of them."""
+    def report(
+        rows: Index, code: str, severity: Severity, message: Callable[[int], str], help: str, joint: str = ""
+    ) -> None:
+        """Add one finding for each move that has samples among ``rows``, at the first of them.
+
+        Args:
+            help: for a way in space; joint: for a joint move, which knows no singularity.
+        """
         matter = Matter.UNFOLLOWABLE if severity == "error" else None
         for i in np.unique(path.move[rows], return_index=True)[1]:
-            found = at_move(moves[path.move[rows[i]]], code, severity, message(int(rows[i])), help)
+            move = moves[path.move[rows[i]]]
+            help_ = joint if move.kind in ("joint", "absjoint") else help
+            found = at_move(move, code, severity, message(int(rows[i])), help_)
             findings.append(replace(found, matter=matter))
 
     excess = excess_of(robot, path.q)
@@ -187,6 +195,7 @@ def _examine(robot: Robot, moves: tuple[Move, ...], path: Path, in_space: Flags)
         np.flatnonzero(excess.max(axis=1) > 0.0), "MOT002", "error",
         lambda i: _limit_message(robot, path.q[i], int(np.argmax(excess[i]))),
         "give the target another configuration, or pass the place another way",
+        "give this target, or the one before it, other joint angles, or pass another target between them",
     )  # fmt: skip
     step = np.abs(np.diff(path.q, axis=0, prepend=path.q[:1]))
     step[starts_chain(moves, path.move)] = 0.0
@@ -200,6 +209,7 @@ def _examine(robot: Robot, moves: tuple[Move, ...], path: Path, in_space: Flags)
         np.flatnonzero(jump), "MOT003", "error",
         lambda i: f"joint {np.argmax(step[i]) + 1} would turn by {np.degrees(step[i].max()):.0f} deg at once",
         "the path runs through a singularity: turn the tool a little, or use a joint move",
+        "the way before arrives in another configuration than it states: correct the target before this one",
     )  # fmt: skip
     report(
         np.flatnonzero(missed), "MOT004", "error",

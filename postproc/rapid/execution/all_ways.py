@@ -210,8 +210,9 @@ class AllWays(Interpreter):
         self.findings.relied_on(statement, memory)
         ways, arms, exits = list[Memory](), dict[int, dict[str, Data] | None](), memory.frame.exits
         out, uncertain = len(exits), False
+        subject = self.subject(statement, memory)
         for arm, branch in enumerate(statement.branches):
-            verdict = self.chosen(statement, branch.conditions, memory)
+            verdict = self.chosen(statement, branch.conditions, subject, memory)
             if verdict is False:
                 continue
             if verdict is True and not uncertain:
@@ -263,7 +264,8 @@ class AllWays(Interpreter):
 
         Arms count from 0; the number of arms stands for the way on which none is taken.
         """
-        verdicts = [self.chosen(statement, branch.conditions, memory) for branch in statement.branches]
+        subject = self.subject(statement, memory)
+        verdicts = [self.chosen(statement, branch.conditions, subject, memory) for branch in statement.branches]
         possible = arm == len(verdicts) or verdicts[arm] is not False
         return possible and next((verdict for verdict in verdicts if verdict is not False), False) is None
 

@@ -185,10 +185,15 @@ class Interpreter(ABC):
         """
         return None
 
-    def chosen(self, statement: Statement, conditions: tuple[Span, ...], memory: Memory) -> bool | None:
+    def subject(self, statement: Statement, memory: Memory) -> Data:
+        """Value of the expression of a TEST, which is evaluated once for all its arms; empty for IF."""
+        return self.deciding(statement.parts[0], memory) if statement.kind == "test" else ()
+
+    def chosen(self, statement: Statement, conditions: tuple[Span, ...], subject: Data, memory: Memory) -> bool | None:
         """Whether an arm of IF or TEST is taken; None if that is not known.
 
         Args:
+            subject: from ``subject``.
             conditions: span of the IF condition, or spans of the values of a CASE, one of which must equal the TEST
                 expression; empty for ELSE and DEFAULT.
         """
@@ -197,7 +202,6 @@ class Interpreter(ABC):
         if statement.kind == "if":
             return self.truth(conditions[0], memory)
         verdict: bool | None = False
-        subject = self.deciding(statement.parts[0], memory)
         for condition in conditions:
             case = self.deciding(condition, memory)
             taken: bool | None = as_type(subject, "num") == as_type(case, "num")

@@ -18,7 +18,7 @@ _WHAT: Mapping[str, str] = {"tooldata": "tool", "wobjdata": "work object", "robt
 def say_measured(program: Program, events: Sequence[MotionEvent], entry: str | None = None) -> dict[str, Diagnostic]:
     """Findings RAP023 about PERS data that a motion needs and whose value only the running program knows.
 
-    The help offers ``--taught``, except for data that the program moves: to find it the program is followed once more.
+    The help offers ``--taught``, except for data that the program moves, which following it shows.
     For what a search of this arm has found it does not: that holds the error of the arm, except in a work object, for
     which the help offers ``--wobj-taught`` with it.
 
@@ -37,12 +37,13 @@ def say_measured(program: Program, events: Sequence[MotionEvent], entry: str | N
                 waiting.setdefault(declaration.key, (declaration, event, unknown))
     if not waiting:
         return {}
-    names = frozenset(declaration.name.lower() for declaration, _, _ in waiting.values())
-    tried = walk_program(replace(program, taught=program.taught | names), entry)
-    moved = {d.name.lower() for d in tried.diagnostics if d.matter is Matter.TAUGHT_MOVED}
-    offered = [
-        d.name for d, _, unknown in waiting.values() if d.name.lower() not in moved and not _holds_error(d, unknown)
-    ]
+    wanted = {d.name.lower(): d.name for d, _, unknown in waiting.values() if not _holds_error(d, unknown)}
+    moved = set(wanted)
+    while moved and wanted:  # what is left out may move what else was offered: tried until all of it stands
+        tried = walk_program(replace(program, taught=program.taught | wanted.keys()), entry)
+        moved = wanted.keys() & {d.name.lower() for d in tried.diagnostics if d.matter is Matter.TAUGHT_MOVED}
+        wanted = {key: name for key, name in wanted.items() if key not in moved}
+    offered = list(wanted.values())
     return {key: _finding(*found, offered) for key, found in waiting.items()}
 
 

@@ -64,8 +64,9 @@ class OneWay(Interpreter):
 
     def branches(self, statement: Statement, memory: Memory) -> bool:
         """Run the first arm of IF or TEST whose condition holds; False if its body is left."""
+        subject = self.subject(statement, memory)
         for branch in statement.branches:
-            if self.chosen(statement, branch.conditions, memory):
+            if self.chosen(statement, branch.conditions, subject, memory):
                 return self.body(branch.body, memory)
         return True
 
