@@ -81,7 +81,7 @@ def _events(
     largest: float,
     real: RealArm,
 ) -> None:
-    k, waiting = 0, []
+    k, waiting, start_bound = 0, [], 0.0
     for e in after:
         if e.inserted:
             if e.motion:
@@ -109,7 +109,8 @@ def _events(
                 bound = LARGEST
                 if text := real.compare(o, e):
                     out.fault("goal", o, text)
-            _motion(out, o, e, bound)
+            _motion(out, o, e, bound, start_bound)
+            start_bound = bound
             waiting = []
         elif not close(o.values, e.values, largest + ROUNDING):
             out.fault("effect", o, f"{o.values} in the original, {e.values} here")
@@ -119,7 +120,8 @@ def _events(
         out.fault("order", before[k], "missing in the corrected program")
 
 
-def _motion(out: Outcome, o: Event, e: Event, bound: float) -> None:
+def _motion(out: Outcome, o: Event, e: Event, bound: float, start_bound: float) -> None:
+    """One motion beside the original's; an arc may move as far as the correction at either of its ends."""
     a, b = o.values, e.values
     out.motions += 1
     d = float(np.linalg.norm(a["goal"][:3, 3] - b["goal"][:3, 3]))
@@ -130,7 +132,7 @@ def _motion(out: Outcome, o: Event, e: Event, bound: float) -> None:
         out.fault("goal", o, f"turned by {math.degrees(angle_between(a['goal'], b['goal'])):.2f} degrees")
     if "via" in a:
         arc = distance_to_arc(b["via"][:3, 3], a["start"][:3, 3], a["via"][:3, 3], a["goal"][:3, 3])
-        if arc > bound + ROUNDING + 0.05:
+        if arc > max(bound, start_bound) + ROUNDING + 0.05:
             out.fault("goal", o, f"the circle point is {arc:.3f} mm from the original's arc")
     for part in ("speed", "zone", "tool", "wobj", "conf", "extax", "signal", "value", "seam", "weld", "options"):
         if not close(a.get(part), b.get(part), bound + ROUNDING if part == "wobj" else 1e-3):
