@@ -25,7 +25,7 @@ def listed_modules(backup: Path) -> Mapping[str, frozenset[str]]:
     listed = {}
     for section in re.finditer(_TASK % rb"(TASK\w*)", data):
         head, *lines = section[0].decode("latin-1").splitlines()
-        paths = (re.sub(r"\s+@.*", "", line).strip().replace("\\", "/").lower() for line in lines)
+        paths = (re.sub(r"\s@.*", "", line).strip().replace("\\", "/").lower() for line in lines)
         name = re.search(r"\(([^,)]*)", head)
         listed.update(dict.fromkeys((section[1].decode("latin-1").upper(), (name[1] if name else "").strip().upper()),
                                     frozenset(filter(None, paths))))  # fmt: skip

@@ -227,7 +227,7 @@ def test_watch_the_error_fall(opened: Open, improved: str) -> None:
     assert laws >= 3
     page.fill('[aria-label="step of the model"]', "0")
     page.wait_for_timeout(700)
-    assert page.inner_text(said) == "0.146 mm the model as it came"
+    assert page.inner_text(said) == "0.144 mm the model as it came"
     assert page.locator('[data-steps="laws"] svg').count() == 0
     base = page.evaluate(picture())
     with changes(page, "document.querySelector('[data-steps=charts]').innerHTML"):
