@@ -268,9 +268,13 @@ def _until_broken(waiting: Iterator[Job], pool: Pool) -> Generator[Result, None,
         while running:
             yield from _collect(running, lost, pool)
     finally:
-        for future in running:
-            future.cancel()
-        executor.shutdown(wait=False)
+        try:
+            for future in running:
+                future.cancel()
+            executor.shutdown(wait=False)
+        except Exception:
+            if not pool.lost():  # a client whose scheduler is gone cannot tell it to cancel anything
+                raise
     return lost
 
 

@@ -41,6 +41,9 @@ class Silent(Executor):
     def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
         return Future()
 
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        raise Exception("Client is closed. Can't send cancel-keys message.")  # noqa: TRY002
+
 
 class Shot(ProcessPoolExecutor):
     """One of its workers is killed as soon as it works."""
