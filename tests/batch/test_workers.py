@@ -42,7 +42,7 @@ class Silent(Executor):
         return Future()
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        raise Exception("Client is closed. Can't send cancel-keys message.")  # noqa: TRY002
+        raise Exception("Client is closed. Can't send cancel-keys message.")
 
 
 class Shot(ProcessPoolExecutor):
