@@ -114,7 +114,7 @@ def posterior_of(fit: Solution, scatter: float) -> Posterior:
     )  # fmt: skip
 
     mean = _likeliest(gram, pull, start, value, spread, log)
-    unit, weight = np.where(log, mean, 1.0), np.where(log, yielding(_log_ratio(mean, value), spread, log), spread**-2.0)
+    unit, weight = np.where(log, mean, 1.0), yielding(_log_ratio(mean, value), spread, log)
     known, off = taken(unit, weight)
     curvature = (gram * np.outer(unit, unit) + np.diag(weight))[count:]
     lower = _factor(_inverse(curvature[:, count:] - curvature[:, :count] @ off))

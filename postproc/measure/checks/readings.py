@@ -31,6 +31,8 @@ RENAME = "rename the columns, or give the right ones in a column map"
 STRAY = 20.0
 STAY = 1e-2
 """Residual [m] of one radian of joint zero: far below what a radian moves (metres), far above what rounding does."""
+NOWHERE_M = 100.0
+"""Residual [m] of points that no place of the instrument brings to the arm."""
 RADIANS_BELOW = np.radians(7.0)
 RADIANS = (
     "the joint angles are all below 7 deg: they look like radians, not degrees",
@@ -186,7 +188,8 @@ def zero_errors(arm: PlacedArm, q: Array, position: Array) -> tuple[Array, float
 
     def error(offset: Array) -> Array:
         """Return the residuals (3 n,) [m] with joint zeros moved, and those (6,) of the offsets themselves."""
-        return np.append(align_arm(arm, q + offset, position).residual, STAY * offset)
+        residual = align_arm(arm, q + offset, position).residual  # NaN where the points have another scale
+        return np.append(np.nan_to_num(residual, nan=NOWHERE_M), STAY * offset)
 
     best = least_squares(error, np.zeros(6), loss="soft_l1", f_scale=1e-3, max_nfev=100)
     return np.asarray(best.x), align_arm(arm, q + best.x, position).typical if best.success else np.inf
