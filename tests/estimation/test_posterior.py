@@ -14,7 +14,6 @@ from postproc.estimation.least_squares import fit_model
 from postproc.estimation.posterior import _likeliest
 from postproc.estimation.priors import prior_of, with_earlier_fit
 from postproc.estimation.recorded import recorded_model
-from postproc.estimation.solving.settle import settled
 from postproc.identification.add import add_effects, fit_effects
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model, StatedPrior
@@ -82,7 +81,7 @@ def test_springs_stay_positive_where_rows_alone_would_have_them_negative():
     for seed in range(4):
         data, _ = cell(seed=740 + seed, noise=1.0, poses=20)
         plain = base_fit(data)
-        fit = settled(plain)
+        fit = fitted(data)
         signs.append(plain.model.effect(SPRINGS).vector().min())
         assert (fit.model.effect(SPRINGS).vector() > 0).all()
         again = parse_model(Source("m.toml", render_model(recorded_model(fit)).encode()))
