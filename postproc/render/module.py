@@ -86,11 +86,11 @@ def _amount_edits(change: Change) -> Iterator[Edit]:
         text = data[slice(*part.span)].decode("latin-1")
         if isinstance(part, Number):
             amount = number_like(text, part.value, part.value + law.constant[axis], MM_DECIMALS)
-            rest = _sums(replace(law, constant=(0.0, 0.0, 0.0)), written)[axis]
-            text = amount if rest == "0" else f"{amount}+{rest}".replace("+-", "-")
+            sums = _sums(replace(law, constant=(0.0, 0.0, 0.0)), written)[axis]
+            text = amount if sums == "0" else f"{amount}+{sums}".replace("+-", "-")
         else:
-            rest = _sums(law, written)[axis]
-            text = text if rest == "0" else f"{text}+{rest}".replace("+-", "-")
+            sums = _sums(law, written)[axis]
+            text = text if sums == "0" else f"{text}+{sums}".replace("+-", "-")
         if text.encode("latin-1") != data[slice(*part.span)]:
             yield Edit(*part.span, text.encode("latin-1", "replace"))
 
@@ -108,7 +108,7 @@ def _sums(law: OffsetLaw, text: str) -> list[str]:
         law: the offset: constants [mm] and factors of RAPID variables.
         text: RAPID text from which the spelling of these names is taken.
     """
-    found = []
+    terms = []
     for axis in range(3):
         parts = [rapid_number(law.constant[axis], MM_DECIMALS)]
         for name, slope in law.coefficients:
@@ -117,26 +117,26 @@ def _sums(law: OffsetLaw, text: str) -> list[str]:
             factor = "" if number == "1" else "-" if number == "-1" else f"{number}*"
             parts += [f"{factor}{spelled[0] if spelled else name}"] if number != "0" else []
         shown = [part for part in parts if part != "0"] or ["0"]
-        found.append("+".join(shown).replace("+-", "-"))
-    return found
+        terms.append("+".join(shown).replace("+-", "-"))
+    return terms
 
 
 def _number_edit(change: Change) -> Edit | None:
     """One edit from the first number of a target that changes to the last; None if none changes."""
     value, data = change.value, change.source.data
-    found = literal(data, *change.span)
-    assert found is not None
-    before = numbers_of(found)
+    match = literal(data, *change.span)
+    assert match is not None
+    before = numbers_of(match)
     kept = _same_rotation(before[3:7], value.pose.rot)
     numbers = (*value.pose.trans, *value.pose.rot, *value.robconf)
     text, begin, end = [], -1, 0
     for i, (number, decimals) in enumerate(zip(numbers, _DECIMALS, strict=True)):
         if before[i] == number or (kept and 3 <= i < 7):
             continue
-        old = found[i + 1].decode("latin-1")
+        old = match[i + 1].decode("latin-1")
         after = number_like(old, before[i], number, decimals)
         if after != old:
-            place = found.span(i + 1)
+            place = match.span(i + 1)
             begin, end = (place[0], place[0]) if begin < 0 else (begin, end)
             text += [data[end : place[0]], after.encode("latin-1")]
             end = place[1]

@@ -133,13 +133,13 @@ def _data(options: SeamOptions, T_flange_tcp: Array) -> tuple[dict[str, _SeamDat
     }  # fmt: skip
     data, notes = {}, []
     for role, (storage, type_, default, note) in defaults.items():
-        given = getattr(options, role)
-        if given is None:
+        stated = getattr(options, role)
+        if stated is None:
             notes.append(note)
-        name, assigned, value = (default if given is None else given).partition(":=")
+        name, assigned, value = (default if stated is None else stated).partition(":=")
         name, value = name.strip(), value.strip().rstrip(";").strip()
         if not NAME.fullmatch(name) or (assigned and not value.startswith("[")):
-            text, help_ = f"`{given}` is not a {type_}", f"write it as in RAPID: {default}"
+            text, help_ = f"`{stated}` is not a {type_}", f"write it as in RAPID: {default}"
             raise PostprocError.of("SEA007", text, help=help_)
         data[role] = _SeamData(storage, type_, name, value or None)
     return data, notes
@@ -169,8 +169,12 @@ def _welds(weld: _SeamData, points: SeamPoints, side_files: Sequence[Source]) ->
 
 def _declared(name: str, side_files: Sequence[Source]) -> str | None:
     """Text of the initial value that the given modules declare for data of that name; None if they declare none."""
-    found = read_program(side_files).declaration(name)
-    return None if found is None or found.init is None else found.source.data[slice(*found.init)].decode("latin-1")
+    declaration = read_program(side_files).declaration(name)
+    return (
+        None
+        if declaration is None or declaration.init is None
+        else declaration.source.data[slice(*declaration.init)].decode("latin-1")
+    )
 
 
 def _placed(points: SeamPoints, clearance_mm: float) -> list[Pose]:
@@ -201,8 +205,8 @@ def _read(source: Source, side_files: Sequence[Source], count: int) -> list[Moti
     findings = [*program.diagnostics, *(d for event in events for d in event.diagnostics)]
     if has_errors(findings) or len(events) != count:
         # Nobody can look into a module that is never written: its findings are about what the options name.
-        found = [replace(d, source=None, span=None) if d.source is source else d for d in findings]
-        raise PostprocError(dict.fromkeys(found))
+        without_place = [replace(d, source=None, span=None) if d.source is source else d for d in findings]
+        raise PostprocError(dict.fromkeys(without_place))
     return events
 
 
@@ -213,16 +217,14 @@ def _no_way(points: SeamPoints, robot: Robot, T_base_flange: Array) -> list[Diag
         T_base_flange: (n + 2, 4, 4) poses of approach, points and departure.
     """
     last = len(points.rows)
-    found = []
+    ways = []
     for i in unreachable(robot, T_base_flange).tolist():
         index = min(max(i - 1, 0), last - 1)
         what = f"`{robot.name}` cannot reach it"
         if i in (0, last + 1):
             what = f"`{robot.name}` cannot reach the {'approach' if i == 0 else 'departure'} in front of it"
-        found.append(
-            points.finding("SEA008", index, what, "check the work object, the tool and the unit of the points")
-        )
-    if found:
-        return found
+        ways.append(points.finding("SEA008", index, what, "check the work object, the tool and the unit of the points"))
+    if ways:
+        return ways
     text = f"no configuration of `{robot.name}` holds for the whole seam"
     return [Diagnostic("SEA009", "error", text, points.source, help="divide the seam, or turn the part or the torch")]

@@ -59,15 +59,15 @@ class SeamPoints:
         length = np.linalg.norm(way, axis=1)
         bend = np.arccos(np.clip(np.sum(way[1:] * way[:-1], axis=1) / (length[1:] * length[:-1]), -1.0, 1.0))
         turn = Rotation.from_matrix(np.swapaxes(self.rotation[:-1], 1, 2) @ self.rotation[1:]).magnitude()
-        found = [
+        doubts = [
             (int(i) + 1, f"the seam turns back here, by {math.degrees(bend[i]):.0f} deg", "check the order of the rows")
             for i in np.flatnonzero(bend > BACK)
         ]
-        found += [
+        doubts += [
             (int(i) + 1, f"the torch turns by {math.degrees(turn[i]):.0f} deg from the point before", "check its axes")
             for i in np.flatnonzero(turn > TWIST)
         ]
-        return [self.finding("SEA010", i, text, help_, "warning") for i, text, help_ in sorted(found)]
+        return [self.finding("SEA010", i, text, help_, "warning") for i, text, help_ in sorted(doubts)]
 
 
 @dataclass(frozen=True)
@@ -121,8 +121,8 @@ def read_seam_points(source: Source) -> SeamPoints:
     if missing or not (turned or led):
         lacks = ", ".join(f"`{name}`" for name in missing) or "the orientation"
         help_ = "columns: x_mm,y_mm,z_mm with qw,qx,qy,qz or with tx,ty,tz,nx,ny,nz; speed_mm_s if it varies"
-        found = Diagnostic("SEA001", "error", f"the table lacks {lacks}", source, (0, 1), help_)
-        raise PostprocError([*table.findings, found])
+        finding = Diagnostic("SEA001", "error", f"the table lacks {lacks}", source, (0, 1), help_)
+        raise PostprocError([*table.findings, finding])
     place = table.numbers(PLACE)
     rotation = _by_quaternion(table) if turned else _by_tangent(table)
     speed = _speeds(table) if SPEED in table.header else None
@@ -135,10 +135,10 @@ def read_seam_points(source: Source) -> SeamPoints:
         what = f"only {gaps[i]:.3f} mm from the point before, at least {NEAREST_MM:g} mm are needed"
         table.wrong("SEA004", int(i) + 1, table.header.index("x_mm"), what, help_)
     if len(place) < 2:
-        found = Diagnostic("SEA006", "error", "a seam needs two points or more", source, help="add rows to the table")
-        table.findings.append(found)
+        finding = Diagnostic("SEA006", "error", "a seam needs two points or more", source, help="add rows to the table")
+        table.findings.append(finding)
     if table.findings:
-        raise PostprocError(sorted(table.findings, key=lambda found: found.span or (0, 0)))
+        raise PostprocError(sorted(table.findings, key=lambda finding: finding.span or (0, 0)))
     return SeamPoints(source, tuple(map(table.cells.span, range(len(place)))), place, rotation, speed)
 
 

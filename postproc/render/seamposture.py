@@ -27,7 +27,7 @@ def seam_configuration(robot: Robot, T_base_flange: Array) -> NDArray[np.int64] 
     Raises:
         PostprocError: KIN005, the arm does not stand as ABB arms do at zero.
     """
-    found: list[tuple[float, Array]] = []
+    postures: list[tuple[float, Array]] = []
     for start in inverse(robot, T_base_flange[:1])[0]:
         if np.isnan(start).any():
             continue
@@ -36,11 +36,11 @@ def seam_configuration(robot: Robot, T_base_flange: Array) -> NDArray[np.int64] 
         except PostprocError:  # this branch ends on the way
             continue
         if (room := _room(robot, q)) > 0.0:
-            found.append((room, q))
-    if not found:
+            postures.append((room, q))
+    if not postures:
         return None
-    roomy = max(found, key=lambda way: way[0])[1]
-    wrists = [(room, q) for room, q in found if np.allclose(q[:, :3], roomy[:, :3], atol=SAME_ARM)]
+    roomy = max(postures, key=lambda way: way[0])[1]
+    wrists = [(room, q) for room, q in postures if np.allclose(q[:, :3], roomy[:, :3], atol=SAME_ARM)]
     return confdata(robot, min(wrists, key=lambda way: (_quarters(way[1]), -way[0]))[1])
 
 

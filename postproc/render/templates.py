@@ -46,8 +46,8 @@ def environment(template_dir: Path | None = None) -> SandboxedEnvironment:
         help_ = "give --template a folder with any of target.j2, displaced.j2, statement.j2, header.j2, module.j2"
         text = f"template folder `{template_dir}` does not exist"
         raise PostprocError.of("REN001", text, help=help_)
-    for own in () if template_dir is None else template_dir.glob("*.j2"):
-        read_source(own, "REN002")  # a pipe would be waited for
+    for template in () if template_dir is None else template_dir.glob("*.j2"):
+        read_source(template, "REN002")  # a pipe would be waited for
     names = () if template_dir is None else tuple(sorted(file.name for file in template_dir.iterdir()))
     return _environment(template_dir, names)
 

@@ -24,35 +24,35 @@ FALL = (
 )
 
 
-def addition_document(name: str, found: Addition) -> Document:
+def addition_document(name: str, addition: Addition) -> Document:
     """Describe an addition of effects to a model, for terminal and page.
 
     Args:
         name: of the effects and the tables, for the title.
     """
-    values, kind, fit = addition_values(found), found.fit.observed, found.fit
-    floor, noise = mm(found.floor), fit.parts.level is not None
+    values, kind, fit = addition_values(addition), addition.fit.observed, addition.fit
+    floor, noise = mm(addition.floor), fit.parts.level is not None
     rows = "rows of the fit" if fit.drafted else "rows that the fit has not seen"
     dashed, each = floor if noise else None, f"{kind.unit} per {kind.each}"
-    added = list(dict.fromkeys(step.name.removeprefix("+ ") for step in found.ladder[1:]))
+    added = list(dict.fromkeys(step.name.removeprefix("+ ") for step in addition.ladder[1:]))
 
     def bar(label: str, error: Fit | FitFigures, share: float | None = None) -> Bar:
         """Return the bar of a fit: on held-out rows with the fitted ones beside it, of drafts on fitted rows alone."""
         if fit.drafted:
             return Bar(label, 1e3 * error.rms)
-        beside = f"{1e3 * error.rms:.3f} {kind.unit} in the fit" + _way(share, noise)
-        return Bar(label, 1e3 * error.held_out_rms, beside)
+        note = f"{1e3 * error.rms:.3f} {kind.unit} in the fit" + _way(share, noise)
+        return Bar(label, 1e3 * error.held_out_rms, note)
 
-    ladder = [bar(step.name if k else BASE, step.fit, step.share) for k, step in enumerate(found.ladder)]
-    without = [bar(f"without {key}", f) for key, f in found.without.items()]
+    ladder = [bar(step.name if k else BASE, step.fit, step.share) for k, step in enumerate(addition.ladder)]
+    without = [bar(f"without {key}", f) for key, f in addition.without.items()]
     return Document(
         title=f"postproc add {name}",
         values=values,
-        sentence=addition_sentence(found),
+        sentence=addition_sentence(addition),
         figures=[
             *(
                 Figure(f"error {when}", mm(f.rms if fit.drafted else f.held_out_rms), when, kind.unit)
-                for when, f in (("before", found.before), ("after", fit))
+                for when, f in (("before", addition.before), ("after", fit))
             ),
             Figure("noise" if noise else "any smooth function", floor, unit=kind.unit),
         ],
@@ -80,35 +80,35 @@ def addition_document(name: str, found: Addition) -> Document:
             Section("What to know of this fit", known_of(fit)),
             Section("Parameters", [parameter_table(fit, [e.key for e in fit.model.effects], brief=True)], folded=True),
         ],
-        scene=Scene("steps", lambda: steps_data(_rungs(found), added, dashed), "controls"),
+        scene=Scene("steps", lambda: steps_data(_rungs(addition), added, dashed), "controls"),
     )
 
 
-def addition_values(found: Addition) -> dict[str, Any]:
+def addition_values(addition: Addition) -> dict[str, Any]:
     """Return the ``postproc/fit/1`` document, with the error after each added effect and the error without each one."""
     return {
-        **fit_values(found.fit, error_values(found.before)),
-        found.fit.observed.key("floor"): mm(found.floor),
-        "ladder": [{"step": s.name, **error_values(s.fit), "share_of_way": s.share} for s in found.ladder],
-        "leave_one_out": [{"without": key, **error_values(f)} for key, f in found.without.items()],
+        **fit_values(addition.fit, error_values(addition.before)),
+        addition.fit.observed.key("floor"): mm(addition.floor),
+        "ladder": [{"step": s.name, **error_values(s.fit), "share_of_way": s.share} for s in addition.ladder],
+        "leave_one_out": [{"without": key, **error_values(f)} for key, f in addition.without.items()],
     }
 
 
-def addition_sentence(found: Addition) -> str:
+def addition_sentence(addition: Addition) -> str:
     """Say how far the error falls with the added effects, and what to do next."""
-    first, last = 1e3 * found.before.held_out_rms, 1e3 * found.fit.held_out_rms
-    unit, each = found.fit.observed.unit, found.fit.observed.each
-    known = found.fit.parts.level is not None
+    first, last = 1e3 * addition.before.held_out_rms, 1e3 * addition.fit.held_out_rms
+    unit, each = addition.fit.observed.unit, addition.fit.observed.each
+    known = addition.fit.parts.level is not None
     floor = "the noise is" if known else "any smooth function of the channels would leave"
-    names = " and ".join(f"`{s.name.removeprefix('+ ')}`" for s in found.ladder[1:])
-    if found.fit.drafted:
-        first, last = 1e3 * found.before.rms, 1e3 * found.fit.rms
+    names = " and ".join(f"`{s.name.removeprefix('+ ')}`" for s in addition.ladder[1:])
+    if addition.fit.drafted:
+        first, last = 1e3 * addition.before.rms, 1e3 * addition.fit.rms
         falls = f"In the fit the error falls from {first:.3f} to {last:.3f} {unit} per {each}"
         seen = (
             "The formula of a draft is chosen on all rows: what it is worth elsewhere, another table tells (`compare`)."
         )
-        return f"{falls}; {floor} {1e3 * found.floor:.3f} {unit}. {seen}"
-    share, unseen = found.ladder[-1].share, "on rows that the fit has not seen"
+        return f"{falls}; {floor} {1e3 * addition.floor:.3f} {unit}. {seen}"
+    share, unseen = addition.ladder[-1].share, "on rows that the fit has not seen"
     falls = f"the error falls from {first:.3f} to {last:.3f} {unit} per {each}"
     helps, text = True, f"O{unseen[1:]}, {falls}"
     if last >= (1 - HELPS) * first:
@@ -119,7 +119,7 @@ def addition_sentence(found: Addition) -> str:
     then = "The next `compensate` with this model corrects what it now predicts."
     if not helps:
         then = "Keep the model as it was, and ask `diagnose` what it lacks."
-    return f"{text}; {floor} {1e3 * found.floor:.3f} {unit}. {then}"
+    return f"{text}; {floor} {1e3 * addition.floor:.3f} {unit}. {then}"
 
 
 def _way(share: float | None, noise: bool) -> str:
@@ -131,11 +131,11 @@ def _way(share: float | None, noise: bool) -> str:
     return "" if share is None else f", {100 * share:.0f} % of the way to {'the noise' if noise else 'that bound'}"
 
 
-def _rungs(found: Addition) -> list[Rung]:
+def _rungs(addition: Addition) -> list[Rung]:
     """Return the steps of the addition for the page, each with its model evaluated on the same measurements."""
     rungs = []
-    for k, step in enumerate(found.ladder):
-        fit = step.fit if isinstance(step.fit, Fit) else evaluate(step.model, found.fit.data)
-        error = step.fit.rms if found.fit.drafted else step.fit.held_out_rms
+    for k, step in enumerate(addition.ladder):
+        fit = step.fit if isinstance(step.fit, Fit) else evaluate(step.model, addition.fit.data)
+        error = step.fit.rms if addition.fit.drafted else step.fit.held_out_rms
         rungs.append(Rung(step.name if k else BASE, fit, error))
     return rungs

@@ -29,7 +29,7 @@ class Verdict(Enum):
     NOT_SHOWN = "The tolerance is kept in the model; on the arm that is not shown."
 
 
-def program_certificate(name: str, found: Conversion, made: Mapping[str, str] | None = None) -> Document:
+def program_certificate(name: str, conversion: Conversion, made: Mapping[str, str] | None = None) -> Document:
     """Describe a corrected program as a certificate to sign: a row for each seam, whose tolerance is kept or not.
 
     The verdict is "kept" if the program was written, everything that welds was corrected, and each seam keeps its
@@ -39,12 +39,12 @@ def program_certificate(name: str, found: Conversion, made: Mapping[str, str] | 
     Args:
         name: of the program. made: what it was converted with (model, loads, options) as label and text.
     """
-    document, made = plain(found.report), made or {}
+    document, made = plain(conversion.report), made or {}
     facts = [("program", name)]
-    facts += [(f"{key} file, SHA-256", digest) for key, digest in _digests(found)]
-    if found.plan is None:
+    facts += [(f"{key} file, SHA-256", digest) for key, digest in _digests(conversion)]
+    if conversion.plan is None:
         sentence = "The program is not safe to compensate; no corrected program was written."
-        if found.module is not None:
+        if conversion.module is not None:
             sentence = (
                 "Its targets are corrected on the controller, where alone they are known: nothing could be measured."
             )
@@ -74,19 +74,19 @@ def program_certificate(name: str, found: Conversion, made: Mapping[str, str] | 
     verdict = Verdict.NOT_SHOWN if kept else Verdict.NOT_KEPT
     if kept and shown_on_the_arm(document, tolerance):
         verdict = Verdict.KEPT
-    told = f"{sentence} {_sure(document)}"
-    return _certificate(f"Acceptance of {name}", verdict, told, document, facts=facts, parts=parts, basis=COMPUTED)
+    text = f"{sentence} {_sure(document)}"
+    return _certificate(f"Acceptance of {name}", verdict, text, document, facts=facts, parts=parts, basis=COMPUTED)
 
 
-def arm_certificate(name: str, found: Comparison) -> Document:
+def arm_certificate(name: str, comparison: Comparison) -> Document:
     """Describe an arm compared with measurements as a certificate: ISO 9283 figures, with room for what is required.
 
     Args:
         name: of the model and the tables.
     """
-    shown = comparison_document(name, found)
+    shown = comparison_document(name, comparison)
     document = plain(shown.values)
-    kind, data = found.fit.observed, found.fit.data
+    kind, data = comparison.fit.observed, comparison.fit.data
     within = document[kind.key("percentiles")]
     figures = [
         *iso_figures(document),
@@ -97,7 +97,7 @@ def arm_certificate(name: str, found: Comparison) -> Document:
     noise = document[kind.key("noise")]
     facts = [
         ("model and measurements", name),
-        ("arm", found.fit.model.robot.name),
+        ("arm", comparison.fit.model.robot.name),
         ("rows", str(len(data))),
         (f"noise per {kind.each}", "not known" if noise is None else f"{noise:.3f} {kind.unit}"),
     ]
@@ -139,16 +139,16 @@ def _part(title: str, columns: Sequence[str], rows: Sequence[Row], note: str = "
     return Section(title, [DataTable(title, columns, rows)], note)
 
 
-def _digests(found: Conversion) -> list[tuple[str, str]]:
+def _digests(conversion: Conversion) -> list[tuple[str, str]]:
     """Return rows (``original`` or ``corrected``, SHA-256 of the file); if there are several, also with the path."""
-    sources = {o.statement.source.path: o.statement.source.data for o in found.outcomes}
+    sources = {o.statement.source.path: o.statement.source.data for o in conversion.outcomes}
     several = len(sources) > 1
     rows = []
     for path, data in sources.items():
         part = f" {path}" if several else ""
         rows.append((f"original{part}", sha256(data).hexdigest()))
-        if path in found.outputs:
-            rows.append((f"corrected{part}", sha256(found.outputs[path]).hexdigest()))
+        if path in conversion.outputs:
+            rows.append((f"corrected{part}", sha256(conversion.outputs[path]).hexdigest()))
     return rows
 
 
@@ -185,5 +185,5 @@ def _sure(document: Values) -> str:
     known, estimated = document["expected_accuracy"], stiffness_estimate(document)
     if known is not None:
         return f"The fitted model itself is sure to {known['within_95_percent_mm']:.3f} mm (95 %)."
-    said = f": {estimated}" if estimated else ""
-    return f"The model was not fitted to measurements of this arm{said}."
+    phrase = f": {estimated}" if estimated else ""
+    return f"The model was not fitted to measurements of this arm{phrase}."

@@ -46,19 +46,19 @@ WORST, FOLLOWED = 5, 8
 """Worst poses, and channels that the residual follows, that a terminal prints."""
 
 
-def comparison_document(name: str, found: Comparison) -> Document:
+def comparison_document(name: str, comparison: Comparison) -> Document:
     """Describe a comparison of a model with measurements, for terminal and page.
 
     Args:
         name: of the model and the tables, for the title.
     """
-    values, fit, kind = comparison_values(found), found.fit, found.fit.observed
+    values, fit, kind = comparison_values(comparison), comparison.fit, comparison.fit.observed
     noise, each = values[kind.key("noise")], f"{kind.unit} per {kind.each}"
     levels = [Bar("this model", values[kind.key("rms")]), Bar(FREE, values[kind.key("bound")])]
     return Document(
         title=f"postproc compare {name}",
         values=values,
-        sentence=_sentence(found, values),
+        sentence=_sentence(comparison, values),
         figures=[
             Figure("mean distance", values[kind.key("mean")], unit=kind.unit),
             Figure(f"rms per {kind.each}", values[kind.key("rms")], "before", kind.unit),
@@ -81,7 +81,7 @@ def comparison_document(name: str, found: Comparison) -> Document:
             *workspace_section(kind.name, "Where it is off"),
             Section("Worst poses", [_worst(values, kind.key("error"), kind.unit)]),
             *channel_sections(fit, "What it follows: every channel", folded=kind.name == "position"),
-            Section("Figures", _figures(values, found)),
+            Section("Figures", _figures(values, comparison)),
             Section(
                 "Laws that the model holds",
                 [Chart(lambda: law_charts(laws_of(fit, [e.key for e in fit.model.effects])), 320)],
@@ -94,31 +94,31 @@ def comparison_document(name: str, found: Comparison) -> Document:
     )
 
 
-def comparison_values(found: Comparison) -> Values:
+def comparison_values(comparison: Comparison) -> Values:
     """Return the ``postproc/compare/1`` document; keys of figures end in the unit of what was observed."""
-    data, kind, length = found.fit.data, found.fit.observed, found.sizes * 1e3
+    data, kind, length = comparison.fit.data, comparison.fit.observed, comparison.sizes * 1e3
     key, good = kind.key, np.isfinite(length)
-    far = sizes(found.fit.observed_error, kind) * 1e3
+    far = sizes(comparison.fit.observed_error, kind) * 1e3
     p50, p95, p99 = np.percentile(length[good], [50, 95, 99]) if good.any() else (0.0, 0.0, 0.0)
-    kept = np.isin(np.arange(len(data)), found.fit.set_aside, invert=True)
-    rotation = found.fit.problem.error[kept, 3:6] if data.rotation is not None else None
+    kept = np.isin(np.arange(len(data)), comparison.fit.set_aside, invert=True)
+    rotation = comparison.fit.problem.error[kept, 3:6] if data.rotation is not None else None
     space = kind.name == "position"
     return {
         "schema": "postproc/compare/1",
         "observed": kind.name,
         "rows": len(data),
-        "set_aside_rows": [row for _, row in found.fit.left_out],
-        key("rms"): mm(rms(found.error)),
+        "set_aside_rows": [row for _, row in comparison.fit.left_out],
+        key("rms"): mm(rms(comparison.error)),
         **({"rms_3d_mm": round(float(np.sqrt(np.mean(length[good] ** 2))), 6) if good.any() else 0.0} if space else {}),
         key("mean"): round(float(np.mean(length[good])), 6) if good.any() else 0.0,
         key("maximum"): round(float(np.max(length[good])), 6) if good.any() else 0.0,
         key("percentiles"): {"50": round(float(p50), 6), "95": round(float(p95), 6), "99": round(float(p99), 6)},
-        key(f"per_{kind.each}"): _each(found),
+        key(f"per_{kind.each}"): _each(comparison),
         **({"rotation_rms_mrad": None if rotation is None else round(1e3 * rms(rotation), 6)} if space else {}),
-        **({"iso9283": _iso_json(found.iso)} if space else {}),
-        **noise_values(found.fit),
-        key("floor"): None if found.fit.parts.level is None else mm(found.fit.parts.level),
-        key("bound"): mm(found.bound),
+        **({"iso9283": _iso_json(comparison.iso)} if space else {}),
+        **noise_values(comparison.fit),
+        key("floor"): None if comparison.fit.parts.level is None else mm(comparison.fit.parts.level),
+        key("bound"): mm(comparison.bound),
         "worst": [
             {
                 **({"file": data.sources[data.file[i]].path} if data.file else {}),
@@ -128,8 +128,8 @@ def comparison_values(found: Comparison) -> Values:
             }
             for i in worst_rows(far)
         ],
-        "channels": [_trend_values(t) for t in found.trends],
-        "diagnostics": [d.as_json() for d in (*data.diagnostics, *some_of_many(data), *found.moved)],
+        "channels": [_trend_values(t) for t in comparison.trends],
+        "diagnostics": [d.as_json() for d in (*data.diagnostics, *some_of_many(data), *comparison.moved)],
     }
 
 
@@ -148,10 +148,10 @@ def _trend_values(trend: Trend) -> Values:
     }
 
 
-def _each(found: Comparison) -> dict[str, dict[str, float]]:
+def _each(comparison: Comparison) -> dict[str, dict[str, float]]:
     """Return rms and mean of the error [mm or mrad] by axis (``x``) or joint (``1``), without those not measured."""
-    names = [str(j) for j in range(1, 7)] if found.fit.observed.name == "joint" else "xyz"
-    pairs = zip(names, found.error.T, strict=True)
+    names = [str(j) for j in range(1, 7)] if comparison.fit.observed.name == "joint" else "xyz"
+    pairs = zip(names, comparison.error.T, strict=True)
     some = [(name, column[np.isfinite(column)]) for name, column in pairs]
     return {name: {"rms": mm(rms(column)), "mean": mm(float(column.mean()))} for name, column in some if len(column)}
 
@@ -177,21 +177,21 @@ def workspace_section(observed: str, title: str, program: bool = False) -> list[
     return [Section(title, [View("program" if program else "space")], IN_SPACE)] if observed == "position" else []
 
 
-def _sentence(found: Comparison, values: Values) -> str:
+def _sentence(comparison: Comparison, values: Values) -> str:
     """Say how far the arm is from the model, at worst, and how large the noise is.
 
     Args:
         values: the document of the comparison.
     """
-    kind = found.fit.observed
+    kind = comparison.fit.observed
     noise, axes = values[kind.key("noise")], values[kind.key(f"per_{kind.each}")]
-    told = "the noise is not known" if noise is None else f"the noise is {noise:.3f} {kind.unit} per {kind.each}"
+    noise_text = "the noise is not known" if noise is None else f"the noise is {noise:.3f} {kind.unit} per {kind.each}"
     subject = {"position": "The arm is", "orientation": "The flange is turned", "joint": "The worst joint is"}
     along = f" along {' and '.join(axes)}" if kind.name == "position" and len(axes) in (1, 2) else ""
     return (
         f"{subject[kind.name]} {values[kind.key('mean')]:.3f} {kind.unit} from where the model says{along}, "
         f"{values[kind.key('maximum')]:.3f} {kind.unit} at worst (rms {values[kind.key('rms')]:.3f} {kind.unit} per "
-        f"{kind.each}){_without(values['set_aside_rows'])}; {told}."
+        f"{kind.each}){_without(values['set_aside_rows'])}; {noise_text}."
     )
 
 
@@ -237,13 +237,13 @@ def _worst(values: Values, error: str, unit: str) -> DataTable:
     return DataTable("worst poses", columns, rows, range(min(WORST, len(rows))), view="worst")
 
 
-def _figures(values: Values, found: Comparison) -> list[Block]:
+def _figures(values: Values, comparison: Comparison) -> list[Block]:
     """Return two tables: rms and mean by axis or joint; percentiles, worst pose and ISO 9283 figures.
 
     Args:
         values: the document of the comparison.
     """
-    kind = found.fit.observed
+    kind = comparison.fit.observed
     within, along = values[kind.key("percentiles")], values[kind.key(f"per_{kind.each}")]
     single = [
         ("half of the poses are within", within["50"]),

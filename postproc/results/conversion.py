@@ -44,21 +44,21 @@ SEAM = {
 }
 
 
-def conversion_document(name: str, found: Conversion, made: Mapping[str, str] | None = None) -> Document:
+def conversion_document(name: str, conversion: Conversion, made: Mapping[str, str] | None = None) -> Document:
     """Describe the conversion of a program, for terminal and page.
 
     Args:
         name: of the program. made: what it was converted with (model, loads, options) as label and text.
     """
-    values, moved = found.report, found.plan is not None
+    values, moved = conversion.report, conversion.plan is not None
     findings = [(d["line"], d["severity"], d["code"], d["message"], d["help"]) for d in values["diagnostics"]]
     facts = {**({"arm": values["robot"]} if moved else {}), **(made or {})}
     return Document(
         title=f"postproc compensate {name}",
         values=values,
-        sentence=_sentence(found),
+        sentence=_sentence(conversion),
         figures=_figures(values) if moved else (),
-        basis=_basis(found, made or {}) if moved else "",
+        basis=_basis(conversion, made or {}) if moved else "",
         sections=[
             Section("Seam by seam", [_seams(values)], "The largest deviation while the arc burns."),
             Section("Where", [View("space")] if moved else [], IN_SPACE),
@@ -70,14 +70,14 @@ def conversion_document(name: str, found: Conversion, made: Mapping[str, str] | 
             _run_time(values.get("run_time") or {}),
             made_section(facts),
         ],
-        scene=Scene("path", lambda: _path(found)) if moved else None,
+        scene=Scene("path", lambda: _path(conversion)) if moved else None,
     )
 
 
-def conversion_values(found: Conversion) -> dict[str, Any]:
+def conversion_values(conversion: Conversion) -> dict[str, Any]:
     """Return the ``postproc/compensate/1`` document; of a program that was not converted it has the findings alone."""
-    findings = [d.as_json() for d in found.diagnostics]
-    judged, model = found.judged, found.model
+    findings = [d.as_json() for d in conversion.diagnostics]
+    judged, model = conversion.judged, conversion.model
     if judged is None or model is None:
         return {"schema": SCHEMA, "statements": [], "diagnostics": findings}
     figures, accuracy, limits = judged.figures, judged.accuracy, judged.limits
@@ -192,11 +192,11 @@ def _statements(values: Values, moved: bool) -> DataTable:
     return DataTable("statements", STATEMENT, rows, (), view="statements" if moved else "")
 
 
-def _path(found: Conversion) -> Values:
+def _path(conversion: Conversion) -> Values:
     """Return the numbers from which a page draws the path of a conversion that has a plan."""
     from postproc.report.drawing.path import path_data
 
-    return path_data(found)
+    return path_data(conversion)
 
 
 def _figures(values: Values) -> list[Figure]:
@@ -217,13 +217,13 @@ def _figures(values: Values) -> list[Figure]:
     ]
 
 
-def _run_time(found: Values) -> Section:
+def _run_time(figures: Values) -> Section:
     """Return the section on the module that corrects targets on the controller: what its check found.
 
     Args:
-        found: ``run_time`` of the document; empty without such a module, and then the section has nothing to show.
+        figures: ``run_time`` of the document; empty without such a module, and then the section has nothing to show.
     """
-    rows = [(key.removesuffix("_mm").replace("_", " "), value) for key, value in found.items() if value is not None]
+    rows = [(key.removesuffix("_mm").replace("_", " "), value) for key, value in figures.items() if value is not None]
     note = "What `compensate` found with the function on targets of its region; lengths in mm."
     return Section("Corrected on the controller", [DataTable("run time", ("what", "value"), rows)], note)
 
@@ -233,18 +233,18 @@ def _count(document: Values, status: str) -> int:
     return sum(row["status"] == status for row in document["statements"])
 
 
-def _basis(found: Conversion, made: Mapping[str, str]) -> str:
+def _basis(conversion: Conversion, made: Mapping[str, str]) -> str:
     """Say what the result rests on: arm, tolerances, scope, added targets, cycle time and known accuracy.
 
     Args:
         made: what the program was converted with (model, loads, options) as label and text.
     """
-    values = found.report
+    values = conversion.report
     known = values["expected_accuracy"]
     sure = (
         f"the fitted model itself is sure to {known['within_95_percent_mm']:.3f} mm (95 %)"
         if known
-        else unknown_accuracy(found.diagnostics)
+        else unknown_accuracy(conversion.diagnostics)
     )
     before, after = values["max_error_before_mm"], values["max_error_after_mm"]
     air = [f"with moves in the air {after:.3f} mm of {before:.3f} mm remain"] if _main_figures(values)[0] else []
@@ -258,7 +258,7 @@ def _basis(found: Conversion, made: Mapping[str, str]) -> str:
         *air,
         sure,
     ]
-    accuracy = None if found.judged is None else found.judged.accuracy
+    accuracy = None if conversion.judged is None else conversion.judged.accuracy
     return "; ".join(parts) + "." + ("" if accuracy is None else undetermined_text(accuracy))
 
 
@@ -287,26 +287,26 @@ def unknown_accuracy(findings: Iterable[Diagnostic] = ()) -> str:
     Args:
         findings: of the conversion; where they say that parts of a model do not hold here, that is the reason given.
     """
-    whole = all(d.matter is not Matter.NOT_WHOLE for d in findings)
-    why = "the model was not fitted to measurements of this arm" if whole else "not all of the model holds here"
+    complete = all(d.matter is not Matter.NOT_WHOLE for d in findings)
+    why = "the model was not fitted to measurements of this arm" if complete else "not all of the model holds here"
     return f"{why}: these are deviations in the model, and how near the real torch comes is not known (`postproc fit`)"
 
 
-def _sentence(found: Conversion) -> str:
+def _sentence(conversion: Conversion) -> str:
     """Say what became of the program: that no weld was corrected where that is so, then what became of the rest."""
-    welds = [o for o in found.outcomes if o.statement.signature.phase]
-    left = Counter(o.reason for o in welds if o.status == "skipped")
-    if not left or any(o.status in CORRECTED for o in welds):
-        return _rest(found)
-    return f"No weld was corrected: {left.most_common(1)[0][0]}. {_rest(found)}"
+    welds = [o for o in conversion.outcomes if o.statement.signature.phase]
+    reasons = Counter(o.reason for o in welds if o.status == "skipped")
+    if not reasons or any(o.status in CORRECTED for o in welds):
+        return _rest(conversion)
+    return f"No weld was corrected: {reasons.most_common(1)[0][0]}. {_rest(conversion)}"
 
 
-def _rest(found: Conversion) -> str:
+def _rest(conversion: Conversion) -> str:
     """Say what became of the statements: the deviation before and after, or why nothing was corrected."""
-    values = found.report
-    if not found.outputs:
+    values = conversion.report
+    if not conversion.outputs:
         return "The program is not safe to compensate; no program was written."
-    if found.plan is None and found.module is None:
+    if conversion.plan is None and conversion.module is None:
         return "Nothing moves: the program is written as it is."
     through, corrected = _count(values, "run_time"), _count(values, "compensated")
     what = "1 motion statement is" if through == 1 else f"{through} motion statements are"
@@ -319,16 +319,16 @@ def _rest(found: Conversion) -> str:
         return f"Nothing was corrected.{_unmeasured(values)}"
     arc, where = _main_figures(values)
     before, after = values[f"max_{arc}error_before_mm"], values[f"max_{arc}error_after_mm"]
-    beside = unsteady_deviations(values)
-    fell = f"At most {after:.3f} mm of deviation remain {where}{' at steady speed' if beside else ''}, "
-    fell += f"where there were {before:.3f} mm{'; up to ' * bool(beside)}{' and '.join(beside)}."
+    unsteady = unsteady_deviations(values)
+    fell = f"At most {after:.3f} mm of deviation remain {where}{' at steady speed' if unsteady else ''}, "
+    fell += f"where there were {before:.3f} mm{'; up to ' * bool(unsteady)}{' and '.join(unsteady)}."
     if not values["measured_statements"]:
         fell = (
             f"{corrected} statement{'s are' if corrected > 1 else ' is'} corrected; no line or arc could be measured."
         )
     count = values["unproved_statements"]
     doubt = f" {count} of these statements also run where they cannot be followed: what remains there is not proved."
-    estimated = f" On the arm: {said}." if (said := stiffness_estimate(values).replace("`", "")) else ""
+    estimated = f" On the arm: {estimate}." if (estimate := stiffness_estimate(values).replace("`", "")) else ""
     fell += from_programmed_path(values)
     return "".join([fell, _unmeasured(values), doubt * bool(count), f" {on_controller}" * bool(through), estimated])
 

@@ -200,23 +200,23 @@ def _candidate(d: Diagnosis, key: str, c: Candidate | None) -> Values:
     }
 
 
-def _hold_out(asked: Intervention) -> Values:
+def _hold_out(intervention: Intervention) -> Values:
     """Return the entry ``hold_out``: for each level of a channel the error of a fit without it, before and after.
 
     After means: with the effects that were found.
     """
     return {
-        "channel": asked.channel,
+        "channel": intervention.channel,
         "levels": [
             {
                 "level": level.name,
                 "rows": level.rows,
-                f"rms_{asked.unit}": mm(level.before),
-                f"rms_{asked.unit}_after": mm(level.after),
+                f"rms_{intervention.unit}": mm(level.before),
+                f"rms_{intervention.unit}_after": mm(level.after),
                 "does_not_carry_over": [key for key in level.without if level.carries(key) is False],
                 "cannot_be_told": list(level.untold),
             }
-            for level in asked.levels
+            for level in intervention.levels
         ],
     }
 
@@ -245,8 +245,8 @@ def verdict_figures(values: Values) -> list[Figure]:
         values: the document of the diagnosis.
     """
     each = [(m["effect"], _alike(m)) for m in values["missing"]]
-    several = ((name, alike if len(alike) <= NAMED else ["others"]) for name, alike in each)
-    missing = ", ".join(" or ".join([name, *alike]) for name, alike in several)
+    several = ((name, similar if len(similar) <= NAMED else ["others"]) for name, similar in each)
+    missing = ", ".join(" or ".join([name, *similar]) for name, similar in several)
     if values["verdict"] == "missing":
         return [Figure("missing", missing)]
     return [Figure("verdict", values["verdict"]), Figure("found", missing or None)]
@@ -318,8 +318,8 @@ def curve_text(curve: JointCurve) -> str:
     ``joint 2 along q2: -0.21 mrad near -40 deg, 0.33 mrad near 65 deg, ± 0.02``.
     """
     ends = sorted((int(np.argmin(curve.turn)), int(np.argmax(curve.turn))))
-    said = ", ".join(f"{1e3 * curve.turn[k]:.2f} mrad near {shown(curve.channel, curve.at[k])}" for k in ends)
-    return f"joint {curve.joint} along {curve.channel}: {said}, \N{PLUS-MINUS SIGN} {1e3 * np.median(curve.sigma):.2f}"
+    knots = ", ".join(f"{1e3 * curve.turn[k]:.2f} mrad near {shown(curve.channel, curve.at[k])}" for k in ends)
+    return f"joint {curve.joint} along {curve.channel}: {knots}, \N{PLUS-MINUS SIGN} {1e3 * np.median(curve.sigma):.2f}"
 
 
 def _remaining(d: Diagnosis) -> Section:
@@ -341,22 +341,27 @@ def suspect_table(suspects: Sequence[Any]) -> DataTable:
     return DataTable("suspects", ("where", "channel", "pattern", "explains"), rows)
 
 
-def _held_out(asked: Intervention) -> Section:
+def _held_out(intervention: Intervention) -> Section:
     """Return the section on how held-out levels of a channel are predicted, and which effects fail there.
 
     Args:
-        asked: the channel, and for each level the errors of fits without it.
+        intervention: the channel, and for each level the errors of fits without it.
     """
-    rows = [(level.name, level.rows, mm(level.before), mm(level.after)) for level in asked.levels]
-    columns = (asked.channel, "rows", f"as it came [{asked.unit}]", f"with what was found [{asked.unit}]")
-    doubtful = [(key, asked.fails(key)) for key in asked.levels[0].without]
-    said = [
+    rows = [(level.name, level.rows, mm(level.before), mm(level.after)) for level in intervention.levels]
+    columns = (
+        intervention.channel,
+        "rows",
+        f"as it came [{intervention.unit}]",
+        f"with what was found [{intervention.unit}]",
+    )
+    doubtful = [(key, intervention.fails(key)) for key in intervention.levels[0].without]
+    sentences = [
         Sentence(f"`{key}` does not carry over to {', '.join(levels)}: doubt that it is the cause.")
         for key, levels in doubtful
         if levels
     ]
-    heading = f"Held out by {asked.channel}, {asked.unit} on rows of a level that no fit has seen"
-    return Section(heading, [DataTable("levels", columns, rows), *said])
+    heading = f"Held out by {intervention.channel}, {intervention.unit} on rows of a level that no fit has seen"
+    return Section(heading, [DataTable("levels", columns, rows), *sentences])
 
 
 def _ranking(d: Diagnosis, values: Values) -> Section:

@@ -19,45 +19,45 @@ NOTE = "Targets in the axes of their work object, from the first program to the 
 IN_BOTH = "Files by their path in both folders; added stands in the second alone, removed in the first."
 
 
-def difference_values(found: ProgramDiff) -> Values:
+def difference_values(difference: ProgramDiff) -> Values:
     """Return the ``postproc/diff/1`` document."""
     return {
         "schema": "postproc/diff/1",
-        "equal": found.equal,
-        "tolerance_mm": found.tolerance_mm,
-        "tolerance_deg": found.tolerance_deg,
-        "compared": found.compared,
-        "max_distance_mm": found.max_distance_mm,
-        "max_angle_deg": found.max_angle_deg,
-        "differences": difference_rows(found),
+        "equal": difference.equal,
+        "tolerance_mm": difference.tolerance_mm,
+        "tolerance_deg": difference.tolerance_deg,
+        "compared": difference.compared,
+        "max_distance_mm": difference.max_distance_mm,
+        "max_angle_deg": difference.max_angle_deg,
+        "differences": difference_rows(difference),
     }
 
 
-def difference_rows(found: ProgramDiff) -> list[Values]:
+def difference_rows(difference: ProgramDiff) -> list[Values]:
     """Return the entries of ``differences``, one for each statement that differs."""
     return [
         {**asdict(d), "arguments": [{"role": role, "a": a, "b": b} for role, a, b in d.arguments]}
-        for d in found.differences
+        for d in difference.differences
     ]
 
 
-def difference_document(first: str, second: str, found: ProgramDiff) -> Document:
+def difference_document(first: str, second: str, difference: ProgramDiff) -> Document:
     """Describe a comparison of two programs, for terminal and page.
 
     Args:
         first, second: their names.
     """
-    rows = [_row(d) for d in difference_rows(found)]
+    rows = [_row(d) for d in difference_rows(difference)]
     return Document(
         title=f"postproc diff {first} {second}",
-        values=difference_values(found),
-        sentence=f"Of {found.compared} motion statements and all others: {_counted(found.counts)}.",
+        values=difference_values(difference),
+        sentence=f"Of {difference.compared} motion statements and all others: {_counted(difference.counts)}.",
         figures=[
-            Figure("largest distance", found.max_distance_mm),
-            Figure("largest angle", found.max_angle_deg, unit="deg"),
+            Figure("largest distance", difference.max_distance_mm),
+            Figure("largest angle", difference.max_angle_deg, unit="deg"),
             Figure("statements that differ", len(rows)),
         ],
-        basis=_tolerance(found.tolerance_mm, found.tolerance_deg),
+        basis=_tolerance(difference.tolerance_mm, difference.tolerance_deg),
         sections=[Section("What differs", [DataTable("differences", (*COLUMNS, *AMOUNTS), rows)], NOTE)],
     )
 
@@ -73,9 +73,9 @@ def folders_document(first: str, second: str, files: Sequence[FileDiff], near: t
     order = sorted(files, key=lambda f: (f.status == "equal", f.path))
     unequal = [i for i, f in enumerate(order) if f.status != "equal"]
     of_files = DataTable("files", FILES, [_file_row(f) for f in order], unequal)
-    found = [[(f.path, *_row(d)) for d in difference_rows(f.found)] for f in order]
-    rows = list(chain(*found))
-    places = [k < FEW for some in found for k in range(len(some))]
+    difference = [[(f.path, *_row(d)) for d in difference_rows(f.found)] for f in order]
+    rows = list(chain(*difference))
+    places = [k < FEW for some in difference for k in range(len(some))]
     brief = [i for i, first_ones in enumerate(places) if first_ones]
     table = DataTable("differences", ("file", *COLUMNS, *AMOUNTS), rows, brief)
     different = {status: n for status, n in counts.items() if status != "equal"}

@@ -36,16 +36,16 @@ def effect_document(cls: type[Effect]) -> Document:
         null = (f"{meta.null:g}", None) if meta.amplitude else (None, f"{meta.null:g} unless said")
         shape = " x ".join(map(str, meta.shape)) or "1"
         rows.append((f"{name} [{meta.unit}]", shape, *limits, f"{meta.typical:g}", *null))
-    found = [(name, "chosen by search", None, None, None, None, None) for name in cls.structures()]
-    alike = DataTable("alike", ("effect", "to tell them apart"), list(cls.confused_with.items()))
+    structures = [(name, "chosen by search", None, None, None, None, None) for name in cls.structures()]
+    similar = DataTable("alike", ("effect", "to tell them apart"), list(cls.confused_with.items()))
     return Document(
         title=f"postproc effects show {cls.key}",
         values={"schema": "postproc/effect/1", **_values(cls)},
         sentence=f"{cls.key}: {inspect.cleandoc(cls.__doc__ or '')}",
         sections=[
-            Section("Parameters", [DataTable("parameters", PARAMETERS, [*rows, *found])]),
+            Section("Parameters", [DataTable("parameters", PARAMETERS, [*rows, *structures])]),
             Section("Reads", [Sentence(f"  {', '.join(cls.reads)}")]),
-            Section("Is confused with", [alike]),
+            Section("Is confused with", [similar]),
         ],
     )
 

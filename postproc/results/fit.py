@@ -66,8 +66,8 @@ def undetermined_sentences(fit: Fit) -> list[Sentence]:
             by_source.setdefault(sources[name], []).append(shown[name])
         for source, some in by_source.items():
             lines.append(f"The rows say little of {'; of '.join(some)}. What stood before them is kept ({source})")
-    held = [name for name in not_identifiable(fit) if name not in open_]
-    kinds = (("Not determined by this data and held", held), ("Stopped at a bound", fit.at_bound))
+    fixed = [name for name in not_identifiable(fit) if name not in open_]
+    kinds = (("Not determined by this data and held", fixed), ("Stopped at a bound", fit.at_bound))
     lines += [f"{what}: {parameters_text(fit, which)}" for what, which in kinds if which]
     return [Sentence(line) for line in lines]
 
@@ -79,8 +79,8 @@ def left_out(fit: Fit) -> list[Sentence]:
         f"R{data.name(i)[1:]} was left out: it lies {off[i]:.1f} {unit} off, far from everything else."
         for i in fit.set_aside
     ]
-    here = set(zip(data.file or (0,) * len(data), data.row, strict=False))
-    for file, row in sorted(data.wrong - here):
+    rows = set(zip(data.file or (0,) * len(data), data.row, strict=False))
+    for file, row in sorted(data.wrong - rows):
         of = f" of {data.sources[file].path}" if data.file else ""
         lines.append(f"Row {row}{of} was left out: no arm can be where it says.")
     if len(lines) > SHOWN:

@@ -23,24 +23,24 @@ PLACE = ("line", "routine", "instruction", "x", "y", "z [mm]")
 COLUMNS = (*PLACE, "tool, load, frame; what is edited", "note", "left alone")
 
 
-def inspection_document(name: str, found: Inspection, stated: Mapping[str, str]) -> Document:
+def inspection_document(name: str, inspection: Inspection, stated: Mapping[str, str]) -> Document:
     """Describe what a program moves, for terminal and page.
 
     Args:
         name: of the program. stated: entries of the document that say which arm it is, and what names it.
     """
-    ends = filter(None, (_start(found.start), *map(_nearest, found.nearest)))
-    rows = DataTable("statements", COLUMNS, [_row(row) for row in found.rows], beneath=7, decimals=1)
+    ends = filter(None, (_start(inspection.start), *map(_nearest, inspection.nearest)))
+    rows = DataTable("statements", COLUMNS, [_row(row) for row in inspection.rows], beneath=7, decimals=1)
     return Document(
         title=f"postproc inspect {name}",
         values={
             "schema": "postproc/inspect/1",
             **stated,
-            "statements": [_values(row) for row in found.rows],
-            "nearest": [_nearest_values(near) for near in found.nearest],
-            "diagnostics": [d.as_json() for d in found.diagnostics],
+            "statements": [_values(row) for row in inspection.rows],
+            "nearest": [_nearest_values(near) for near in inspection.nearest],
+            "diagnostics": [d.as_json() for d in inspection.diagnostics],
         },
-        sentence="" if found.rows else "no motion statements",
+        sentence="" if inspection.rows else "no motion statements",
         sections=[Section("", [rows, *map(Sentence, ends)])],
     )
 

@@ -33,13 +33,13 @@ def headline(d: Diagnosis) -> str:
         what = f": {title(d, d.missing[0])}" if len(d.missing) == 1 else ""
         return f"The model lacks {_named_together(d)}{what}. {_fall(d)}"
     noise = "" if d.missing else _noise(d)
-    found = ""
+    text = ""
     if d.missing:
-        beside = "and something else that no effect of the library explains"
-        found = f"The model lacks {_named_together(d)}, {beside}. {_fall(d)} "
+        unnamed = "and something else that no effect of the library explains"
+        text = f"The model lacks {_named_together(d)}, {unnamed}. {_fall(d)} "
     if not d.suspects:
-        return found or f"More is left than noise, and no effect of the library explains it.{noise}"
-    lead = found or "Something is missing that no effect of the library explains. "
+        return text or f"More is left than noise, and no effect of the library explains it.{noise}"
+    lead = text or "Something is missing that no effect of the library explains. "
     return f"{lead}{_remaining(d, d.suspects[0])}{noise}"
 
 
@@ -55,7 +55,7 @@ def _noise(d: Diagnosis) -> str:
 
 def _nothing_found(d: Diagnosis) -> str:
     """Say that nothing is missing, or that this data does not tell whether anything is."""
-    left = f"{1e3 * d.base.held_out_rms:.3f} {_unit(d)} on rows the fit has not seen"
+    error = f"{1e3 * d.base.held_out_rms:.3f} {_unit(d)} on rows the fit has not seen"
     if too_few(d.base):
         count, parameters = len(d.base.problem.residual), len(d.base.parameters)
         return (
@@ -64,13 +64,13 @@ def _nothing_found(d: Diagnosis) -> str:
         )
     if d.verdict != "complete":
         return (
-            f"Nothing stands out, but this data cannot tell whether what is left ({left}) is noise: {_would_tell(d)}."
+            f"Nothing stands out, but this data cannot tell whether what is left ({error}) is noise: {_would_tell(d)}."
         )
     if d.floor is None:
         return (
-            f"Nothing stands out: what is left ({left}) is no more than how well arm and instrument repeat, as stated."
+            f"Nothing stands out: what is left ({error}) is no more than how well arm and instrument repeat, as stated."
         )
-    return f"Nothing is missing: what is left ({left}) looks like noise.{_noise(d)}"
+    return f"Nothing is missing: what is left ({error}) looks like noise.{_noise(d)}"
 
 
 def _named_together(d: Diagnosis) -> str:
@@ -81,13 +81,13 @@ def _named_together(d: Diagnosis) -> str:
 
 def _fall(d: Diagnosis) -> str:
     """Say how far the error falls with what is missing, what the pattern that remains adds, and what the noise is."""
-    rest = d.unnamed if d.verdict == "unknown" and not d.misleading else None
+    unnamed = d.unnamed if d.verdict == "unknown" and not d.misleading else None
     first, last = f"{1e3 * d.base.held_out_rms:.3f}", f"{1e3 * d.final.held_out_rms:.3f} {_unit(d)}"
     fell = f"With {'them' if len(d.missing) > 1 else 'it'}, the error on rows the fit has not seen "
-    if rest is None:
+    if unnamed is None:
         fell += f"falls from {first} to {last}"
     else:
-        fell += f"is {last}, without {first}; the pattern that remains brings it to {1e3 * rest:.3f} on the rows on "
+        fell += f"is {last}, without {first}; the pattern that remains brings it to {1e3 * unnamed:.3f} on the rows on "
         fell += "which its form was chosen"
     little = joined([f"`{key}`" for key in of_little_worth(d)])
     worth = f" Significant, but worth next to nothing: {little}." if little else ""

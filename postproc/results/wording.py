@@ -78,15 +78,15 @@ def place(label: str) -> str:
     """
     label = label.replace("joints 1, 2, 3, 4, 5 and 6", "all joints")
     parts = [re.fullmatch(r"(joint|body) (\d(?: and \d)*)(?:, order (\d+))?", part) for part in label.split("; ")]
-    found = [m for m in parts if m]
-    if len(found) < len(parts) or len({(m[1], m[3] is None) for m in found}) > 1:
+    known_parts = [m for m in parts if m]
+    if len(known_parts) < len(parts) or len({(m[1], m[3] is None) for m in known_parts}) > 1:
         return label
     orders: dict[str, list[str]] = {}
-    for m in found:
+    for m in known_parts:
         orders.setdefault(m[2], []).append(m[3])
-    if found[0][3]:
-        return "; ".join(f"{found[0][1]} {number}, {_several('order', some)}" for number, some in orders.items())
-    return _several(found[0][1], sorted(number for m in found for number in m[2].split(" and ")))
+    if known_parts[0][3]:
+        return "; ".join(f"{known_parts[0][1]} {number}, {_several('order', some)}" for number, some in orders.items())
+    return _several(known_parts[0][1], sorted(number for m in known_parts for number in m[2].split(" and ")))
 
 
 def _several(word: str, numbers: Sequence[str]) -> str:
@@ -115,12 +115,12 @@ def grouped(names: Iterable[str]) -> str:
     Args:
         names: such as ``turn[x]``.
     """
-    found: dict[str, list[str]] = {}
+    groups: dict[str, list[str]] = {}
     for name in names:
         array, _, index = name.partition("[")
-        found.setdefault(array, []).append(index.rstrip("]"))
-    between = {array: "; " if any(", " in e for e in entries) else " " for array, entries in found.items()}
-    return ", ".join(f"{a}[{between[a].join(entries)}]" if entries[0] else a for a, entries in found.items())
+        groups.setdefault(array, []).append(index.rstrip("]"))
+    between = {array: "; " if any(", " in e for e in entries) else " " for array, entries in groups.items()}
+    return ", ".join(f"{a}[{between[a].join(entries)}]" if entries[0] else a for a, entries in groups.items())
 
 
 def p_text(p: float) -> str:

@@ -74,12 +74,14 @@ def from_programmed_path(values: Values) -> str:
 def _line(row: Values) -> str:
     """Say how much of the correction in a work object is one rigid shift, and what it means to have taught it."""
     shift = ", ".join(f"{round(row[f'd{axis}_mm'], 2) + 0.0:.2f}" for axis in "xyz")  # no -0.00
-    name, size, rest = row["wobj"], _size(row), row["rest_mm"]
+    name, size, remaining = row["wobj"], _size(row), row["rest_mm"]
     if row["left_out"]:
-        return f"`{name}`: a rigid shift of ({shift}) mm, {size:.2f} mm, is left out; up to {rest:.2f} mm is corrected."
+        text = f"`{name}`: a rigid shift of ({shift}) mm, {size:.2f} mm, is left out; "
+        return text + f"up to {remaining:.2f} mm is corrected."
     return (
-        f"`{name}`: {size:.2f} mm of its correction is one rigid shift of ({shift}) mm, at most {rest:.2f} mm the rest;"
-        f" if this arm's own torch has taught it, it holds that shift already: `--wobj-taught {name}`."
+        f"`{name}`: {size:.2f} mm of its correction is one rigid shift of ({shift}) mm, "
+        f"at most {remaining:.2f} mm the rest; if this arm's own torch has taught it, it holds that shift already: "
+        f"`--wobj-taught {name}`."
     )
 
 

@@ -32,15 +32,15 @@ def intervals_for_jumps(model: Model, moves: Sequence[Move], intervals: Array) -
     Args:
         intervals: (m,) least number of intervals per move without regard to such effects.
     """
-    own = [e for e in model.effects if type(e) not in BUILT_IN and set(e.reads) == {"q"}]
-    if not own or not moves:
+    user_effects = [e for e in model.effects if type(e) not in BUILT_IN and set(e.reads) == {"q"}]
+    if not user_effects or not moves:
         return intervals
     length = sample_moves(model.robot, moves, intervals).curves.length
     probes = sample_moves(model.robot, moves, np.ceil(length / PROBED))
     state = model.with_arm(State(q=probes.q))
     inside = (probes.move[2:] == probes.move[:-2]) & ~probes.curves.joint[probes.move[2:]]
     sharp = np.zeros(len(inside), dtype=bool)
-    for effect in own:
+    for effect in user_effects:
         for part in _displacements(effect, state):
             sharp |= np.abs(np.diff(part, 2, axis=0)).max(axis=1) > SHARP
     wanted = intervals.astype(float)
@@ -56,6 +56,6 @@ def _displacements(effect: Effect, state: State) -> list[Array]:
     """
     share = displacement_of(effect, state)
     twist = np.array([1.0, 1.0, 1.0, REACH, REACH, REACH])
-    found = [] if share.joint is None else [REACH * share.joint]
-    found += [twist * part for part in (share.tool, share.instrument, *share.body.values()) if part is not None]
-    return [np.broadcast_to(part, (len(state), 6)) for part in found]
+    displacements = [] if share.joint is None else [REACH * share.joint]
+    displacements += [twist * part for part in (share.tool, share.instrument, *share.body.values()) if part is not None]
+    return [np.broadcast_to(part, (len(state), 6)) for part in displacements]

@@ -48,11 +48,11 @@ def applicable_model(model: Model, events: Sequence[MotionEvent], options: Optio
     kept: list[Effect] = []
     stated = {name for name, _ in options.channels}
     joints = {} if model.station is None else model.station.joints
-    told = TOLD | ({"external_axes", *(f"eax_{axis}" for axis in joints)} if joints else set())
+    known = TOLD | ({"external_axes", *(f"eax_{axis}" for axis in joints)} if joints else set())
     source = events[0].statement.source
     findings = [d for _, _, d in doubts(model)]
     findings += [*_without_load(model, options, source), *_turned(model, events), *_of_controller(model, source)]
-    for name in sorted(stated - {n for e in model.effects for n in e.reads if n not in told}):
+    for name in sorted(stated - {n for e in model.effects for n in e.reads if n not in known}):
         text, help_ = f"no effect of the model waits for a channel `{name}`", "check its spelling, or leave it out"
         findings.append(Diagnostic("CMP016", "error", text, source, None, help_, Matter.NOT_WHOLE))
     for effect in model.effects:
@@ -62,7 +62,7 @@ def applicable_model(model: Model, events: Sequence[MotionEvent], options: Optio
             findings.append(_no_such_axis(effect, unknown, source))
             if len(unknown) == len(effect.external_axes):
                 continue
-        if untold := [name for name in effect.reads if name not in told and name not in stated]:
+        if untold := [name for name in effect.reads if name not in known and name not in stated]:
             findings.append(_left_out(effect, untold, source))
             continue
         if effect.role is Role.TOOL_FRAME:

@@ -95,10 +95,10 @@ def _through_controller(model: Model, state: State, desired: Array) -> Commands:
 
     The joint angles come from the whole model; the pose to write is the one the controller assigns to these angles.
     """
-    found = command(_whole(model), state, desired)
-    T_told = told_pose(model, state.with_(q=found.q))
-    nominal = command(rigid(model), state.with_(q=found.q), T_told)
-    return Commands(nominal.q, T_told, np.maximum(found.residual_m, nominal.residual_m))
+    solution = command(_whole(model), state, desired)
+    T_commanded = told_pose(model, state.with_(q=solution.q))
+    nominal = command(rigid(model), state.with_(q=solution.q), T_commanded)
+    return Commands(nominal.q, T_commanded, np.maximum(solution.residual_m, nominal.residual_m))
 
 
 def rigid(model: Model) -> Model:
@@ -184,8 +184,8 @@ def _nearest(model: Model, T_base_flange: Array, q: Array) -> Array:
     nearest_arm = arm <= np.nanmin(np.append(arm, np.full((len(arm), 1), np.inf), axis=1), axis=1)[:, None] + SAME_ARM
     far = np.where(nearest_arm, away.max(axis=-1), np.inf)
     best = np.argmin(far, axis=1)
-    found = solutions[np.arange(len(q)), best]
-    return np.where(np.isnan(found), q, found)
+    nearest = solutions[np.arange(len(q)), best]
+    return np.where(np.isnan(nearest), q, nearest)
 
 
 def _error(model: Model, state: State, theta: Array, deflection: Deflection, desired: Array) -> Array:

@@ -148,7 +148,7 @@ def _cross(a: Array, b: Array) -> Array:
 
 
 def place_arcs(
-    commanded: Array, tolerance: float, shortest: int, outside: Flags, weight: Array
+    commanded: Array, tolerance: float, shortest: int, beyond: Flags, weight: Array
 ) -> tuple[list[tuple[int, int]], bool]:
     """Split an arc into the fewest arcs whose circles stay within tolerance of the commanded points.
 
@@ -156,7 +156,7 @@ def place_arcs(
         commanded: (k, 3) exact commanded TCP positions along the arc [m].
         tolerance: allowed distance [m].
         shortest: number of intervals that an arc spans at least (MoveC's limits on length and angle).
-        outside: (k,) samples that may become targets (outside the neighbours' zones).
+        beyond: (k,) samples that may become targets (outside the neighbours' zones).
         weight: (k,) how much a deviation counts.
 
     Returns:
@@ -173,7 +173,7 @@ def place_arcs(
 
     allowed = np.arange(last + 1) % shortest == 0
     allowed[max(0, last - shortest + 1) :] = False
-    allowed &= outside
+    allowed &= beyond
     goals, reached = _fewest(deviation, allowed, last, tolerance)
     edges = [0, *goals, last]
     return [((a + b) // 2, b) for a, b in pairwise(edges)], reached

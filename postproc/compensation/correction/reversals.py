@@ -58,13 +58,13 @@ def find_reversals(model: Model, samples: Samples, T_commanded: Array, t: Array,
     jump = np.linalg.norm(np.diff(shift, axis=0), axis=1)
     inside = (np.diff(samples.move) == 0) & ~samples.curves.joint[samples.move[1:]]
     turns = _turns(samples)
-    found = []
+    reversals = []
     for k in np.flatnonzero(turns.any(axis=1) & inside & (jump > least)).tolist():
         names = " and ".join(str(j + 1) for j in np.flatnonzero(turns[k]))
         i = int(samples.move[k])
         where = f"where joint {names} turns back"
-        found.append(Transition(i, where, i, float(jump[k]), float(t[k + 1] - t[k]), (k, k + 1), True))
-    return found
+        reversals.append(Transition(i, where, i, float(jump[k]), float(t[k + 1] - t[k]), (k, k + 1), True))
+    return reversals
 
 
 def _turns(samples: Samples) -> Flags:

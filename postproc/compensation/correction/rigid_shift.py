@@ -70,8 +70,8 @@ class RigidShift:
         """T (4, 4) in the work frame: a pose x [m] becomes T x."""
         about = np.eye(4)
         about[:3, 3] = self.center
-        own = about @ displace(np.concatenate([self.shift, self.turn])) @ invert(about)
-        return self.T_work_wobj @ own @ invert(self.T_work_wobj)
+        about_origin = about @ displace(np.concatenate([self.shift, self.turn])) @ invert(about)
+        return self.T_work_wobj @ about_origin @ invert(self.T_work_wobj)
 
 
 def fit_rigid(points: Array, shifts: Array) -> tuple[Array, Array, Array]:
@@ -110,7 +110,7 @@ def fit_shifts(model: Model, motion: Motion, program: Program, taught: Sequence[
         for i, m in enumerate(motion.moves)
         if m.T_work_tcp is not None and m.resumes_from is None
     )
-    found = []
+    shifts_fitted = []
     welds = _weld_targets(motion.moves)
     for (name, *_), members in grouped(placed).items():
         moves = np.array(members)
@@ -119,13 +119,15 @@ def fit_shifts(model: Model, motion: Motion, program: Program, taught: Sequence[
         T_work_wobj = object_matrix(motion.moves[members[0]].event.wobj)
         left_out = not asked.isdisjoint((EVERY, name.lower()))
         nothing = np.zeros(3)
-        found.append(RigidShift(name, nothing, nothing, nothing, 0.0, left_out, at_welds, moves, fitted, T_work_wobj))
-    if not found:
+        shifts_fitted.append(
+            RigidShift(name, nothing, nothing, nothing, 0.0, left_out, at_welds, moves, fitted, T_work_wobj)
+        )
+    if not shifts_fitted:
         return ()
-    some = [_spread_out(motion.samples, shift.fitted) for shift in found]
+    some = [_spread_out(motion.samples, shift.fitted) for shift in shifts_fitted]
     T, T_commanded = _at_rest(model, motion, np.concatenate(some))
     shifts, begin = [], 0
-    for shift, rows in zip(found, some, strict=True):
+    for shift, rows in zip(shifts_fitted, some, strict=True):
         part = slice(begin, begin := begin + len(rows))
         T_wobj_work = invert(shift.T_work_wobj)
         points, ends = ((T_wobj_work @ poses[part])[:, :3, 3] for poses in (T, T_commanded))
@@ -142,13 +144,13 @@ def with_rests(shifts: Sequence[RigidShift], samples: Samples, T_base_flange: Ar
         T_base_flange: (m, 4, 4) commanded flange at every goal; where a shift is left out, it is no part of it.
     """
     commanded = samples.curves.mounts.work(T_base_flange)[:, :3, 3]
-    found = []
+    completed = []
     for shift in shifts:
         T_goal = samples.T_work_tcp[samples.goal[shift.fitted]]
         rigid = T_goal if shift.left_out else shift.motion @ T_goal
         away = np.linalg.norm(commanded[shift.fitted] - rigid[:, :3, 3], axis=1)
-        found.append(replace(shift, rest=float(away.max(initial=0.0))))
-    return tuple(found)
+        completed.append(replace(shift, rest=float(away.max(initial=0.0))))
+    return tuple(completed)
 
 
 def leave_out(samples: Samples, shifts: Sequence[RigidShift]) -> Samples | None:
@@ -247,10 +249,10 @@ class _Names:
         """The name of a work object: as written if that is data, else of the one work object with its numbers."""
         module, routine = event.statement.module, event.statement.routine
         inside = self.program.routine(routine, module)
-        own = inside is not None and wobj.name.lower() in names_of(inside)
-        if not own:
-            found = self.program.declaration(wobj.name, module)
-            return wobj.name if found is None else found.name
+        hidden = inside is not None and wobj.name.lower() in names_of(inside)
+        if not hidden:
+            declaration = self.program.declaration(wobj.name, module)
+            return wobj.name if declaration is None else declaration.name
         numbers = np.array([*wobj.uframe.trans, *wobj.uframe.rot, *wobj.oframe.trans, *wobj.oframe.rot])
         same = [name for name, n in self.declared if n.shape == numbers.shape and np.allclose(n, numbers, atol=1e-4)]
         return same[0] if len(same) == 1 else wobj.name
@@ -263,9 +265,9 @@ def not_taught(taught: Sequence[str], shifts: Sequence[RigidShift], program: Pro
         taught: names as the user states them.
     """
     known = list(dict.fromkeys(shift.wobj for shift in shifts))
-    there = joined([f"`{other}`" for other in known])
+    listed = joined([f"`{other}`" for other in known])
     for name in taught:
         if name.lower() not in {EVERY, *map(str.lower, known)}:
             text = f"no target of the program is known in a work object `{name}`: nothing is left out for it"
-            help_ = did_you_mean(name, known) or f"its targets are in {there}"
+            help_ = did_you_mean(name, known) or f"its targets are in {listed}"
             yield Diagnostic("CMP026", "warning", text, program.sources[0], help=help_)

@@ -58,5 +58,5 @@ def doubt_corrections(model: Model, plan: CorrectionPlan) -> list[Diagnostic]:
     if severity == "error":
         text += f"; more than {1e3 * allowed:g} mm is not written"
         help_ += f"; if it is meant, `--largest-correction {ceil(1e3 * moved[worst])}`"
-    found = at_move(plan.motion.moves[worst], "CMP015", severity, text, help_)
-    return [replace(found, length_mm=1e3 * float(moved[worst]))]
+    finding = at_move(plan.motion.moves[worst], "CMP015", severity, text, help_)
+    return [replace(finding, length_mm=1e3 * float(moved[worst]))]

@@ -67,20 +67,20 @@ def largest_corrections(outcomes: Sequence[StatementOutcome], plan: CorrectionPl
     through = {o.statement.key for o in outcomes if o.status == "run_time"}  # their targets stay as they are
     goal = goal_tolerances(moves, plan.motion.options)
     meant = plan.motion.wanted.T_work_tcp[samples.goal, :3, 3] - samples.T_work_tcp[samples.goal, :3, 3]
-    left_out = 1e3 * float(np.linalg.norm(meant, axis=1).max(initial=0.0))
+    omitted = 1e3 * float(np.linalg.norm(meant, axis=1).max(initial=0.0))
     turned = (1.0 + ALIKE) * float(correction_sizes(plan)[:, 1].max(initial=0.0))
     runs = grouped((move.event.statement.key, i) for i, move in enumerate(moves))
     names = {key: set().union(*(data_keys(moves[i].event.target_origin) for i in rows)) for key, rows in runs.items()}
-    users = grouped((name, shifts.get(key) or 0.0) for key, own in names.items() for name in own)
-    found: dict[StatementKey, Bound] = {}
+    users = grouped((name, shifts.get(key) or 0.0) for key, used in names.items() for name in used)
+    bounds: dict[StatementKey, Bound] = {}
     for key in (shifts.keys() | runs.keys()) - through:
         rows = runs.get(key, [])
-        slack = 1e3 * float(goal[rows].max(initial=0.0)) + ALIKE * largest + left_out
+        slack = 1e3 * float(goal[rows].max(initial=0.0)) + ALIKE * largest + omitted
         places = _slope(plan, rows) if plan.places.get(key) == "argument" and len(rows) > 1 else ()
         most = float(way[rows].max(initial=0.0))
         shared = max((max(users[name]) for name in names.get(key, ())), default=0.0)
-        found[key] = Bound(max(shifts.get(key) or largest, shared) + slack, turned, most + slack, *places)
-    return found
+        bounds[key] = Bound(max(shifts.get(key) or largest, shared) + slack, turned, most + slack, *places)
+    return bounds
 
 
 def _slope(plan: CorrectionPlan, rows: Sequence[int]) -> tuple[Array, float]:

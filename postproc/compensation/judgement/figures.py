@@ -39,9 +39,9 @@ class PathFigures:
 def figures_of(plan: CorrectionPlan, before: Deviation, after: Deviation) -> PathFigures:
     """The largest deviations along a program, before and after its correction."""
     own = own_moves(plan)
-    mine = own[after.owner]
+    of_owner = own[after.owner]
     passing = in_transition(plan, after)
-    settled = _counted(after.space & mine & ~passing, after.steady)
+    settled = _counted(after.space & of_owner & ~passing, after.steady)
     welding = np.array([move.welding for move in plan.motion.moves]) & own
     burning, lit = welding[after.owner] & after.space, welding[before.owner]
     return PathFigures(
@@ -49,9 +49,9 @@ def figures_of(plan: CorrectionPlan, before: Deviation, after: Deviation) -> Pat
         after.largest(settled),
         before.largest(_counted(lit & before.space, before.steady)) if burning.any() else None,
         after.largest(burning & settled) if burning.any() else None,
-        after.largest(after.space & mine & ~after.steady & ~passing),
-        after.largest(passing & mine),
-        after.largest(~after.space & mine),
+        after.largest(after.space & of_owner & ~after.steady & ~passing),
+        after.largest(passing & of_owner),
+        after.largest(~after.space & of_owner),
     )
 
 
@@ -63,10 +63,10 @@ def _counted(space: Flags, steady: Flags) -> Flags:
 def worsened(figures: PathFigures, plan: CorrectionPlan, source: Source) -> list[Diagnostic]:
     """CMP013, an error, if the corrected program deviates by more than the tolerance and twice the original."""
     burning = (figures.arc_before, figures.arc, plan.motion.options.tolerance_m)
-    found = []
+    findings = []
     for before, after, tolerance in (burning, (figures.before, figures.after, float(plan.path_tolerance.max()))):
         if before is not None and after is not None and after > max(tolerance, WORSE * before):
             text = f"the corrected program would be {1e3 * after:.5g} mm off, the original is {1e3 * before:.5g} mm"
             help_ = "nothing is written; please report this program"
-            found.append(Diagnostic("CMP013", "error", text, source, help=help_))
-    return found
+            findings.append(Diagnostic("CMP013", "error", text, source, help=help_))
+    return findings

@@ -26,9 +26,9 @@ def doubt_drawn(shifts: Sequence[RigidShift], moves: Sequence[Move], options: Op
     stated = {name.lower() for name in options.taught}
     jogged: dict[str, list[Move]] = {}
     for shift in shifts:
-        mine = [moves[i] for i in shift.moves.tolist()]
-        if not shift.left_out and shift.wobj.lower() not in stated and _as_stored(mine):
-            jogged.setdefault(shift.wobj, mine)
+        of_shift = [moves[i] for i in shift.moves.tolist()]
+        if not shift.left_out and shift.wobj.lower() not in stated and _as_stored(of_shift):
+            jogged.setdefault(shift.wobj, of_shift)
     if not jogged:
         return []
     names, first = list(jogged), next(iter(jogged.values()))[0]
@@ -53,7 +53,7 @@ def _as_stored(moves: Sequence[Move]) -> bool:
 
 def _decimals(spans: TargetSpans) -> int:
     """The most decimals of x, y and z of a target as it is written, without zeros at the end."""
-    found = literal(spans.source.data, *spans.whole)
-    numbers = () if found is None else (found[1], found[2], found[3])
+    match = literal(spans.source.data, *spans.whole)
+    numbers = () if match is None else (match[1], match[2], match[3])
     fractions = [n.partition(b".")[2] for n in numbers]
     return max((len(f.rstrip(b"0")) for f in fractions if f.isdigit()), default=0)

@@ -82,13 +82,13 @@ class Accessor:
         if not pieces:
             return
         now = self.value_or_not(pieces[0][1], memory)
-        more = self.value_or_not(pieces[1][1], memory) if word == "add" and len(pieces) > 1 else 1.0
-        (now, first), (more, second) = without_causes(now), without_causes(more)
+        step = self.value_or_not(pieces[1][1], memory) if word == "add" and len(pieces) > 1 else 1.0
+        (now, first), (step, second) = without_causes(now), without_causes(step)
         data: Data = Unknown(Kind.COUNTER)
         if word == "clear":
             data = 0.0
-        elif isinstance(now, float) and isinstance(more, float):
-            data = assumed_for(now - more if word == "decr" else now + more, joined_causes(first, second))
+        elif isinstance(now, float) and isinstance(step, float):
+            data = assumed_for(now - step if word == "decr" else now + step, joined_causes(first, second))
         self.assign(pieces[0][1], data, memory)
 
     def by_name(self, word: str, pieces: Sequence[Piece], memory: Memory) -> bool:

@@ -37,9 +37,9 @@ def store(tree: Expression, data: Data, memory: Memory) -> None:
     if part is None:
         raise Unknown(Kind.NOT_ASSIGNABLE)
     name, path, causes = part
-    data, own = without_causes(data)
+    data, data_causes = without_causes(data)
     data = _anew(data)
-    causes = joined_causes(own, causes)
+    causes = joined_causes(data_causes, causes)
     bound = memory.frame.bindings.get(name)
     if isinstance(bound, Reference):
         declaration, path = bound.declaration, (*bound.path, *path)
@@ -48,10 +48,10 @@ def store(tree: Expression, data: Data, memory: Memory) -> None:
         memory.frame.bindings[name] = _rebound(bound, path, assumed_for(data, causes), memory)
         return
     else:
-        found = memory.find(name)
-        if found is None or found.storage == "CONST":
+        variable = memory.find(name)
+        if variable is None or variable.storage == "CONST":
             return
-        declaration = found
+        declaration = variable
     set_data(declaration, _written(declaration, path, data, causes, memory), memory)
 
 
@@ -229,14 +229,14 @@ def _apart(one: dict[str, Data], other: dict[str, Data]) -> list[str]:
 
 def present(memory: Memory, keys: Iterable[str]) -> dict[str, object]:
     """The present values of data and state by key; a key itself stands for the value if nothing has set it."""
-    found: dict[str, object] = {}
+    values: dict[str, object] = {}
     for key in keys:
         bound = memory.frame.bindings.get(key[1:]) if key.startswith("%") else None
         if bound is None or isinstance(bound, Reference):
-            found[key] = memory.changed.get(key if bound is None else bound.declaration.key, key)
+            values[key] = memory.changed.get(key if bound is None else bound.declaration.key, key)
         else:
-            found[key] = bound
-    return found
+            values[key] = bound
+    return values
 
 
 def differing(before: Mapping[str, object], after: Mapping[str, object]) -> set[str]:
@@ -266,7 +266,7 @@ def _replaced(value: Value, path: Sequence[int | str], data: Data, memory: Memor
     """
     if not path:
         return as_type(data, value.type)
-    step, rest = path[0], path[1:]
+    step, inner = path[0], path[1:]
     if isinstance(step, int):
         at, kind = step - 1, value.type
     else:
@@ -280,7 +280,7 @@ def _replaced(value: Value, path: Sequence[int | str], data: Data, memory: Memor
         items = (items,) * len(names)
     if not isinstance(items, tuple) or not 0 <= at < len(items):
         raise Unknown(Kind.NO_PART)
-    return (*items[:at], _replaced(Value(items[at], kind), rest, data, memory), *items[at + 1 :])
+    return (*items[:at], _replaced(Value(items[at], kind), inner, data, memory), *items[at + 1 :])
 
 
 def _rebound(bound: Value | Unknown, path: Path, data: Data, memory: Memory) -> Binding:

@@ -273,9 +273,9 @@ def _call(call: Call, scope: Scope) -> Value:
     """The result of a function call: ``Present``, a function of the program, or a built-in one, in this order."""
     if call.name == "present" and len(call.arguments) == 1 and isinstance(call.arguments[0], Name):
         return Value(scope.present(call.arguments[0].name), "bool")
-    own = scope.call(call)
-    if own is not None:
-        return _read(own, scope)
+    result = scope.call(call)
+    if result is not None:
+        return _read(result, scope)
     if call.name not in functions.FUNCTIONS and call.name not in BY_ARM:
         raise functions.unknown(call.text)
     arguments = tuple(_evaluate(argument, scope).data for argument in call.arguments)

@@ -23,10 +23,10 @@ def read_literal_numbers(data: bytes, start: int, end: int) -> Data | None:
 
     None if the text is anything else than literal numbers.
     """
-    found = literal(data, start, end)
-    if found is None:
+    match = literal(data, start, end)
+    if match is None:
         return None
-    n = numbers_of(found)
+    n = numbers_of(match)
     return (tuple(n[0:3]), tuple(n[3:7]), tuple(n[7:11]), tuple(n[11:17]))
 
 
@@ -39,16 +39,16 @@ def read_literal_target(source: Source, start: int, end: int) -> tuple[RobTarget
     parts = literal_parts(source.data, start, end)
     if parts is not None:
         x, y, z, behind = parts.groups()
-        trans, rest = (float(x), float(y), float(z)), _written(behind)
+        trans, others = (float(x), float(y), float(z)), _written(behind)
     else:
-        found = literal(source.data, start, end)
-        if found is None:
+        match = literal(source.data, start, end)
+        if match is None:
             return None
-        n = numbers_of(found)
-        trans, rest = (n[0], n[1], n[2]), _behind(n[3:])
+        n = numbers_of(match)
+        trans, others = (n[0], n[1], n[2]), _behind(n[3:])
     if not isfinite(trans[0] + trans[1] + trans[2]):
         raise Unknown(Kind.NUMBER_TOO_LARGE)
-    rot, conf, extax, rough = rest
+    rot, conf, extax, rough = others
     return RobTarget(trans, rot, conf, extax), TargetSpans(source, (start, end), rough)
 
 
@@ -77,10 +77,10 @@ def _behind(n: Sequence[float]) -> Behind:
     return rot, conf, extax, abs(hypot(*n[0:4]) - 1.0) > ROUNDED
 
 
-def numbers_of(found: re.Match[bytes]) -> list[float]:
+def numbers_of(match: re.Match[bytes]) -> list[float]:
     """The 17 numbers of a robtarget from a match that ``literal`` returned, as floats in the order of the text."""
     try:
-        return [float(group) for group in found.groups()]
+        return [float(group) for group in match.groups()]
     except ValueError:  # signs that stand apart from their digits, hexadecimal numbers
-        texts = [number_text(found.string, span) for span in found.regs[1:]]
+        texts = [number_text(match.string, span) for span in match.regs[1:]]
         return [-number(text[1:]) if text[0] == "-" else number(text) for text in texts]

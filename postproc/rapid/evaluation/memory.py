@@ -200,14 +200,14 @@ class Memory:
             Unknown: it is not known.
         """
         pose, causes = without_causes(self.changed.get("@pdisp", Pose()))
-        offset, more = without_causes(self.changed.get("@eoffs", (0.0,) * 6))
+        offset, offset_causes = without_causes(self.changed.get("@eoffs", (0.0,) * 6))
         for state in (pose, offset):
             if isinstance(state, Unknown):
                 raise state.kept()
         if not isinstance(pose, Pose):
             raise Unknown(Kind.EXTERNAL_OFFSET)
         data = ((pose.trans, pose.rot), offset)
-        return Value(data, "progdisp", assumed=joined_causes(causes, more))
+        return Value(data, "progdisp", assumed=joined_causes(causes, offset_causes))
 
     def element(self, name: Name, indices: tuple[int, ...]) -> Value:
         """The value of an element of an array, indices from 1; read alone from the text if nothing writes the array.
@@ -228,11 +228,11 @@ class Memory:
             try:
                 return pick(self.value(declaration), indices)
             except PartlyUnknown as partly:
-                whole = Value(partly.data, declaration.type, len(declaration.dims), assumed=partly.assumed)
-                found = pick(whole, indices)
-                if (unknown := unknown_part(found.data)) is not None:
+                array = Value(partly.data, declaration.type, len(declaration.dims), assumed=partly.assumed)
+                element = pick(array, indices)
+                if (unknown := unknown_part(element.data)) is not None:
                     raise unknown from None
-                return found
+                return element
         data = self.constants.initial(declaration, span, self._home).data
         rank = max(0, len(declaration.dims) - len(indices))
         return Value(data, declaration.type, rank, declaration.key, indices)
@@ -271,9 +271,9 @@ class Memory:
 
     def find(self, name: str) -> Declaration | None:
         """The declaration that a name means in the present routine: its own, the module's, the task's, or None."""
-        own, module, task = self.frame.routine.scopes
+        routine, module, task = self.frame.routine.scopes
         names, low = self.program.names, name.lower()
-        return names.get(own + low) or names.get(module + low) or names.get(task + low)
+        return names.get(routine + low) or names.get(module + low) or names.get(task + low)
 
     def is_initial(self, declaration: Declaration) -> bool:
         """Whether the declaration's own value holds: it is CONST, or nothing writes it while the program runs."""

@@ -59,9 +59,9 @@ def _add_choosing(node: Index, memory: Memory, values: dict[str, range]) -> None
         for name in (part for part in nodes(index) if isinstance(part, Name) and not _known(part, memory)):
             most = max(_sizes(node.base, memory))
             # In a sum as `{n+1}` or a product the number itself may be less or more than the element's.
-            mine = range(1, most + 1) if isinstance(index, Name) else range(-most, 2 * most + 1)
-            before = values.get(name.name, mine)
-            values[name.name] = range(max(before.start, mine.start), min(before.stop, mine.stop))
+            indices = range(1, most + 1) if isinstance(index, Name) else range(-most, 2 * most + 1)
+            before = values.get(name.name, indices)
+            values[name.name] = range(max(before.start, indices.start), min(before.stop, indices.stop))
 
 
 def _sizes(base: Expression, memory: Memory) -> list[int]:
@@ -100,15 +100,15 @@ def _cases(values: dict[str, range], memory: Memory) -> Iterator[tuple[IndexValu
     Args:
         values: range of each number by lower-case name.
     """
-    held: list[object] = []
+    contents: list[object] = []
     for name in values:
         bound = memory.frame.bindings.get(name)
         declaration = memory.find(name) if bound is None else None
-        held.append(bound if declaration is None else memory.changed.get(declaration.key, object()))
+        contents.append(bound if declaration is None else memory.changed.get(declaration.key, object()))
     for numbers in itertools.product(*values.values()):
-        aside = memory.aside()
-        aside.frame.bindings.update({name: Value(float(n), "num") for name, n in zip(values, numbers, strict=True)})
-        yield tuple(zip(values, held, map(float, numbers), strict=True)), aside
+        copy = memory.aside()
+        copy.frame.bindings.update({name: Value(float(n), "num") for name, n in zip(values, numbers, strict=True)})
+        yield tuple(zip(values, contents, map(float, numbers), strict=True)), copy
 
 
 def _all_exist(indexed: Sequence[Index], memory: Memory) -> bool:

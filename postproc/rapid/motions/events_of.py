@@ -47,24 +47,24 @@ class EventMaker:
         Args:
             before: the motion event from which the arm comes; None if that is not known or may be one of several.
         """
-        found: list[Diagnostic] = []
+        findings: list[Diagnostic] = []
         reasons: list[Unknown] = []
         memory.noted.clear()
-        target, origin, via, via_origin = self.places(statement, memory, reasons, found)
+        target, origin, via, via_origin = self.places(statement, memory, reasons, findings)
         if memory.changes.acting is not None:
             handed = [o.handed for o in (origin, via_origin) if o is not None and o.handed is not None]
             spans = [(statement.source, statement.span), *((h.source, h.span) for h in handed)]
-            found_at = (memory.changes.acting.search(source.data, *span) for source, span in spans)
-            acting = sorted({called[1].decode("latin-1") for called in found_at if called is not None})
+            matches = (memory.changes.acting.search(source.data, *span) for source, span in spans)
+            acting = sorted({called[1].decode("latin-1") for called in matches if called is not None})
             reasons += [Unknown(Kind.ACTS, name) for name in acting]
-        settings = self.settings.read(statement, memory, reasons, found)
+        settings = self.settings.read(statement, memory, reasons, findings)
         moment = self.moment(memory.changed)
         in_force = moment.in_force(statement.shape, settings)
         reasons += moment.reasons
         causes = joined_causes(tuple(memory.noted), moment.causes) if memory.noted or moment.causes else ()
         # Where a trap reads where the arm stands, that holds the correction: it would count twice.
-        own = [why for why in causes if why.kind is Kind.WRITTEN_AT_ANY_TIME]
-        reasons += [why for why in own if why.key in memory.changes.measured]
+        written = [why for why in causes if why.kind is Kind.WRITTEN_AT_ANY_TIME]
+        reasons += [why for why in written if why.key in memory.changes.measured]
         wobj = in_force.wobj
         if not wobj.ufprog and not wobj.ufmec and not wobj.robhold:
             reasons.append(Unknown(Kind.MOVED_BY_NOBODY, wobj.name))
@@ -72,7 +72,7 @@ class EventMaker:
         if shifted and any(abs(axis) < NO_AXIS for axis in getattr(target, "extax", ())):
             reasons.append(Unknown(Kind.EXTERNAL_OFFSET))
         if not moment.known:
-            self.missing.say_assumed(memory.changed, statement, found)
+            self.missing.say_assumed(memory.changed, statement, findings)
         # Numbers tell executions apart whose target is worked out or whose frames may have changed.
         settled = self.settings.settled.get(statement.shape) is settings and "@pdisp" not in memory.changes.everything
         apart = not settled or origin.kind in ("expression", "element") or origin.handed is not None
@@ -85,7 +85,7 @@ class EventMaker:
             in_force,
             memory.conditional > 0,
             "; ".join(dict.fromkeys(unknown.reason for unknown in reasons)) if reasons else None,
-            tuple(found),
+            tuple(findings),
             numbers=named_numbers(statement, origin, memory) if apart and self.named else (),
             start=self.start(before, statement, memory),
             assumed=tuple(cause.reason for cause in causes) if causes else (),
@@ -103,10 +103,10 @@ class EventMaker:
             self.last = Moment(now)
         return self.last
 
-    def start(self, before: MotionEvent | None, here: MotionStatement, memory: Memory) -> str | None:
+    def start(self, before: MotionEvent | None, statement: MotionStatement, memory: Memory) -> str | None:
         """The name in the program of the target of the event ``before``, from which the arm comes.
 
-        None if that target has no name, or the name means something else at the statement ``here``.
+        None if that target has no name, or the name means something else at the statement ``statement``.
         """
         if before is None or not self.named:
             return None
@@ -114,7 +114,7 @@ class EventMaker:
         to = last.argument("to") if origin.kind in NAMED else None
         if to is None or "\n" in to.text:
             return None
-        same = last.source is here.source and last.routine == here.routine and last.module == here.module
+        same = last.source is statement.source and last.routine == statement.routine and last.module == statement.module
         unwritten = origin.declaration not in memory.changed
         if same and origin.kind == "declared" and origin.handed is None and unwritten:
             return to.text
@@ -122,7 +122,7 @@ class EventMaker:
         return to.text if known == (before.target, origin) else None
 
     def places(
-        self, statement: MotionStatement, memory: Memory, reasons: list[Unknown], found: list[Diagnostic]
+        self, statement: MotionStatement, memory: Memory, reasons: list[Unknown], findings: list[Diagnostic]
     ) -> tuple[RobTarget | JointTarget | None, Origin, RobTarget | None, Origin | None]:
         """Target, its origin, circle point and its origin; the target is None if one of the places is not known.
 
@@ -145,7 +145,7 @@ class EventMaker:
                 via, via_origin = self.targets.robtarget(statement.source, statement.span_of("via"), memory)
         for place, role in ((target, "to"), (via, "via")):
             if isinstance(place, Unknown):
-                self.missing.explain(place, statement.argument(role), statement, found)
+                self.missing.explain(place, statement.argument(role), statement, findings)
                 reasons.append(place)
         if signature.why_not and "to" in signature.roles:
             reasons.append(Unknown(Kind.UNSUPPORTED, signature.why_not))

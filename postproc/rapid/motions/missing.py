@@ -44,7 +44,7 @@ class Missing:
         self.reported: set[str] = set()
 
     def explain(
-        self, error: Unknown, argument: Argument | None, statement: MotionStatement, found: list[Diagnostic]
+        self, error: Unknown, argument: Argument | None, statement: MotionStatement, findings: list[Diagnostic]
     ) -> None:
         """Report why an argument has no value if users can help it: an undeclared name, or numbers that are refused.
 
@@ -59,9 +59,9 @@ class Missing:
         if error.missing is not None and self.is_news(error.missing):
             place = statement.module, statement.routine
             meant = meant_data(self.program, error.missing, _TYPES.get(what, frozenset()), *place)
-            self._report(undeclared(what, error.missing, statement.source, argument.span, meant), found)
+            self._report(undeclared(what, error.missing, statement.source, argument.span, meant), findings)
         elif isinstance(error, Invalid):
-            self._say_refused(error, argument, statement, found)
+            self._say_refused(error, argument, statement, findings)
 
     def is_news(self, name: str) -> bool:
         """Whether this name (any case) has not been reported before; it counts as reported afterwards."""
@@ -70,7 +70,7 @@ class Missing:
         return news
 
     def _say_refused(
-        self, error: Invalid, argument: Argument, statement: MotionStatement, found: list[Diagnostic]
+        self, error: Invalid, argument: Argument, statement: MotionStatement, findings: list[Diagnostic]
     ) -> None:
         """Report RAP024 once for numbers that the controller refuses, at the declaration or the statement.
 
@@ -89,9 +89,9 @@ class Missing:
         self.reported.add(f"{source.path} {span}")
         what = f"`{declaration.name}`: " if declaration is not None else ""
         help_ = "the controller refuses these numbers: look for a typing error"
-        self._report(Diagnostic("RAP024", "error", f"{what}{error.reason}", source, span, help_), found)
+        self._report(Diagnostic("RAP024", "error", f"{what}{error.reason}", source, span, help_), findings)
 
-    def say_untimed(self, error: Unknown, argument: Argument, source: Source, found: list[Diagnostic]) -> None:
+    def say_untimed(self, error: Unknown, argument: Argument, source: Source, findings: list[Diagnostic]) -> None:
         """Report RAP021 once for a speed or zone that is not known and the value that is taken instead.
 
         The targets do not depend on it, only the timing of the motion.
@@ -109,9 +109,9 @@ class Missing:
             help_ = if_not(meant_name(error.missing, (d.name for d in self.program.declarations)), help_)
         name = argument.text if error.missing is None else error.missing
         untold = Diagnostic("RAP021", "warning", text, source, argument.span, help_, Matter.UNDECLARED, name)
-        self._report(untold, found)
+        self._report(untold, findings)
 
-    def say_assumed(self, state: Mapping[str, Data], statement: MotionStatement, found: list[Diagnostic]) -> None:
+    def say_assumed(self, state: Mapping[str, Data], statement: MotionStatement, findings: list[Diagnostic]) -> None:
         """Report RAP022 once for VelSet, ConfL and ConfJ if their state is not known, with what is taken instead.
 
         Args:
@@ -122,11 +122,11 @@ class Missing:
             if isinstance(value, Unknown) and key not in self.reported:
                 self.reported.add(key)
                 text = f"{value.reason}, from here on: {assumed}"
-                self._report(Diagnostic("RAP022", "info", text, statement.source, statement.span), found)
+                self._report(Diagnostic("RAP022", "info", text, statement.source, statement.span), findings)
 
-    def _report(self, finding: Diagnostic, found: list[Diagnostic]) -> None:
-        """Add a finding to those of the statement (``found``) and to those of the program (``diagnostics``)."""
-        found.append(finding)
+    def _report(self, finding: Diagnostic, findings: list[Diagnostic]) -> None:
+        """Add a finding to those of the statement (``findings``) and to those of the program (``diagnostics``)."""
+        findings.append(finding)
         self.diagnostics.append(finding)
 
 
@@ -137,16 +137,18 @@ def shown_to_users(walked: Iterable[Diagnostic], events: Sequence[MotionEvent]) 
         walked: findings of a program that was followed; events: its events.
     """
     unseen = [d for d in walked if d.matter is Matter.UNSEEN]
-    found = [d for d in walked if d not in unseen]
+    shown = [d for d in walked if d not in unseen]
     assumed = sum(bool(event.assumed) for event in events)
     if not unseen or not assumed:
-        return found
+        return shown
     named = ", ".join(f"`{d.name}`" for d in unseen[:MOST_NAMED])
-    more = f" and {len(unseen) - MOST_NAMED} more" if len(unseen) > MOST_NAMED else ""
-    text = f"{named}{more} {'is' if len(unseen) == 1 else 'are'} in none of the files: what such routines may write is"
+    others = f" and {len(unseen) - MOST_NAMED} more" if len(unseen) > MOST_NAMED else ""
+    text = (
+        f"{named}{others} {'is' if len(unseen) == 1 else 'are'} in none of the files: what such routines may write is"
+    )
     text += f" taken to be as it was, in {assumed} executions of motion statements"
     help_ = "give the files that define them (`--with FILE`); they are taken not to move the arm"
-    return [*found, Diagnostic("RAP031", "info", text, unseen[0].source, unseen[0].span, help_)]
+    return [*shown, Diagnostic("RAP031", "info", text, unseen[0].source, unseen[0].span, help_)]
 
 
 def undeclared(what: str, name: str, source: Source, span: Span, meant: str) -> Diagnostic:

@@ -35,9 +35,9 @@ class Moment:
         self.values = values
         self.known = not any(isinstance(value, Unknown) for value in values)
         self.reasons: list[Unknown] = []
-        self.gripload, more = self._or_else(state["@gripload"], LoadData(), Kind.PAYLOAD)
+        self.gripload, load_causes = self._or_else(state["@gripload"], LoadData(), Kind.PAYLOAD)
         self.displacement, causes = self._or_else(state["@pdisp"], Pose(), Kind.DISPLACEMENT)
-        self.causes = joined_causes(more, causes)
+        self.causes = joined_causes(load_causes, causes)
         if state["@soft"][0] is True:
             self.reasons.append(Unknown(Kind.SOFT_SERVO))
         self.offset, self.units = known["@eoffs"], known["@units"]
@@ -63,11 +63,11 @@ class Moment:
 
     def in_force(self, shape: StatementShape, settings: MotionSettings) -> InForce:
         """Tool, frames, speed, load and state of a motion; one object for motions of equal shape and settings."""
-        settled, found = self._motions.get(shape, (None, None))
-        if found is None or not (settled is settings or settled == settings):
-            found = self._with(settings, fixed_axes=FIXED_AXES in shape.roles)
-            self._motions[shape] = settings, found
-        return found
+        settled, causes = self._motions.get(shape, (None, None))
+        if causes is None or not (settled is settings or settled == settings):
+            causes = self._with(settings, fixed_axes=FIXED_AXES in shape.roles)
+            self._motions[shape] = settings, causes
+        return causes
 
     def _with(self, settings: MotionSettings, fixed_axes: bool) -> InForce:
         r"""Settings joined with the state; ``\TLoad`` above 1 g replaces the tool's load and removes the payload.

@@ -55,10 +55,10 @@ class Recorder:
         """
         if memory.trial or (memory.returning and memory.ends <= LOST):
             return 0
-        more = self._go(statement, memory)
+        moved = self._go(statement, memory)
         if memory.returning and statement.interpolation != "none":
             memory.ends = frozenset()
-        return more
+        return moved
 
     def _go(self, statement: MotionStatement, memory: Memory) -> int:
         """Record one execution, or one to each element that an unknown index may choose.
@@ -133,8 +133,8 @@ class Recorder:
         last = {} if begin <= LOST else self.cases.get(self.events[self.last].statement.key, {})
         ends: dict[IndexValues, int] = {}
         for choice, case in cases:
-            own = {last[choice]} if choice in last and begin == {*last.values()} else begin
-            case.ends, case.conditional = frozenset(own) if len(own) == 1 else LOST, memory.conditional + 1
+            starts = {last[choice]} if choice in last and begin == {*last.values()} else begin
+            case.ends, case.conditional = frozenset(starts) if len(starts) == 1 else LOST, memory.conditional + 1
             event = self.maker.event(statement, case, self._before(case.ends))
             if event.target is None:
                 if all(unknown.root.kind is not Kind.NEVER_TAUGHT for unknown in event.unknowns):
@@ -193,17 +193,17 @@ class Recorder:
 
         Of more than ``MOST_KEPT``, two for each of the last ``MOST_WAYS`` places are kept, and ``NOWHERE``.
         """
-        found = ends[0].union(*ends[1:])
-        if len(found) <= MOST_KEPT:
-            return found
+        union = ends[0].union(*ends[1:])
+        if len(union) <= MOST_KEPT:
+            return union
         places: dict[tuple[object, ...], list[int]] = {}
-        kept = [*found & {NOWHERE}]
-        for end in sorted(found, reverse=True):
+        kept = [*union & {NOWHERE}]
+        for end in sorted(union, reverse=True):
             if end == NOWHERE or len(places) == MOST_WAYS:
                 break
-            here = places.setdefault(self._place(end), [])
-            kept += [end] if len(here) < 2 else []
-            here.append(end)
+            ends_at_place = places.setdefault(self._place(end), [])
+            kept += [end] if len(ends_at_place) < 2 else []
+            ends_at_place.append(end)
         return frozenset(kept)
 
     def _go_by_all_ways(self, event: MotionEvent, ends: frozenset[int]) -> None:

@@ -39,15 +39,15 @@ def named_numbers(statement: MotionStatement, origin: Origin, memory: Memory) ->
             terms += _terms(read_whole_expression(written, 0, len(written)), written, memory)
         except Unknown:
             continue
-    found = {}
+    numbers = {}
     for text, tree in terms:
         try:
             value = evaluate(tree, memory.aside())
         except Unknown:
             continue
         if value.type == "num" and isinstance(value.data, float):
-            found[text] = value.data
-    return tuple(found.items())
+            numbers[text] = value.data
+    return tuple(numbers.items())
 
 
 def _frames(statement: MotionStatement, memory: Memory) -> Iterator[bytes]:

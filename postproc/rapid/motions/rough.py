@@ -56,7 +56,7 @@ def rough_orientations(events: Sequence[MotionEvent]) -> Iterator[Diagnostic]:
             if spans is None or not spans.rough or (spans.source.path, spans.whole[0]) in seen:
                 continue
             seen.add((spans.source.path, spans.whole[0]))
-            found = literal(spans.source.data, *spans.whole)
-            if found is not None:
-                length = math.hypot(*numbers_of(found)[3:7])
-                yield _rough("the orientation", length, spans.source, (found.start(4), found.end(7)))
+            match = literal(spans.source.data, *spans.whole)
+            if match is not None:
+                length = math.hypot(*numbers_of(match)[3:7])
+                yield _rough("the orientation", length, spans.source, (match.start(4), match.end(7)))

@@ -49,7 +49,7 @@ class SettingsReader:
         self.settled: dict[StatementShape, MotionSettings] = {}
 
     def read(
-        self, statement: MotionStatement, memory: Memory, reasons: list[Unknown], found: list[Diagnostic]
+        self, statement: MotionStatement, memory: Memory, reasons: list[Unknown], findings: list[Diagnostic]
     ) -> MotionSettings:
         """Tool, work object, speed, zone, duration, load and weld of a motion; kept by its shape if they cannot
         change.
@@ -78,9 +78,9 @@ class SettingsReader:
                 return self.constant(argument, convert, memory)
             except Unknown as error:
                 if times and not isinstance(error, Invalid):
-                    self.missing.say_untimed(error, argument, statement.source, found)
+                    self.missing.say_untimed(error, argument, statement.source, findings)
                 else:
-                    self.missing.explain(error, argument, statement, found)
+                    self.missing.explain(error, argument, statement, findings)
                     reasons.append(error.kept())
                 return default
 
@@ -96,7 +96,7 @@ class SettingsReader:
             speed = replace(speed, v_tcp=v_tcp)
         if size is not None:
             zone = replace(zone, pzone_tcp=size)
-        settings = MotionSettings(tool, wobj, speed, zone, duration, total, self.weld(statement, memory, found))
+        settings = MotionSettings(tool, wobj, speed, zone, duration, total, self.weld(statement, memory, findings))
         used = [a for role, a in arguments.items() if role in _SETTINGS]
         names = [(a.role, a.text, routine.module, routine.name) for a in used]
         if lasting and len(reasons) == count and all(name in self.fixed for name in names):
@@ -138,11 +138,11 @@ class SettingsReader:
             return argument.text.strip()  # a component
         return declared.name + ("{" + ",".join(map(str, value.at)) + "}" if value.at else "")
 
-    def weld(self, statement: MotionStatement, memory: Memory, found: list[Diagnostic]) -> Weld | None:
+    def weld(self, statement: MotionStatement, memory: Memory, findings: list[Diagnostic]) -> Weld | None:
         """Phase of the seam and welding speed [mm/s], the first number of welddata; None if it does not weld.
 
         Args:
-            found: gets the finding if the speed is not known.
+            findings: gets the finding if the speed is not known.
         """
         signature = statement.signature
         if not signature.phase:
@@ -155,7 +155,7 @@ class SettingsReader:
         try:
             return Weld(phase, self.constant(argument, _first, memory))
         except Unknown as error:
-            self.missing.say_untimed(error, argument, statement.source, found)
+            self.missing.say_untimed(error, argument, statement.source, findings)
             return Weld(phase, None)
 
 

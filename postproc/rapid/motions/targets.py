@@ -46,9 +46,9 @@ class Targets:
         try:
             plain = declaration is not None and isinstance(tree, Name) and tree.name not in memory.frame.bindings
             if declaration is not None and plain and memory.is_initial(declaration):
-                found = self.declared.get((declaration.key, ())) or self._written(declaration, (), memory)
-                if found is not None:
-                    return found
+                value = self.declared.get((declaration.key, ())) or self._written(declaration, (), memory)
+                if value is not None:
+                    return value
             target, origin = self._of_value(evaluate(tree, memory), memory)
             if isinstance(tree, Call) and self.rooted:
                 origin = replace(origin, root=self._root(tree, target, before))
@@ -69,12 +69,12 @@ class Targets:
         try:
             while isinstance(tree, Call) and tree.arguments:
                 inner = tree.arguments[0]
-                aside = memory.aside()
-                outer, (target, origin) = target, self._of_value(evaluate(inner, aside), aside)
-                own = memory.program.routine(tree.name, memory.frame.routine.module) is not None
-                if tree.name == "reltool" and not own:
+                copy = memory.aside()
+                outer, (target, origin) = target, self._of_value(evaluate(inner, copy), copy)
+                function = memory.program.routine(tree.name, memory.frame.routine.module) is not None
+                if tree.name == "reltool" and not function:
                     lever = add(lever, subtract(outer.trans, target.trans))
-                elif (tree.name != "offs" or own) and not _displaces(tree, inner, target, outer, memory):
+                elif (tree.name != "offs" or function) and not _displaces(tree, inner, target, outer, memory):
                     return None
                 tree = inner
             if origin.kind == "expression" and isinstance(tree, Aggregate):
@@ -123,8 +123,8 @@ class Targets:
         if literal is None:
             return None
         origin = Origin("element" if at else "declared", literal[1], declaration.key, declaration.storage)
-        found = self.declared[declaration.key, at] = literal[0], origin
-        return found
+        result = self.declared[declaration.key, at] = literal[0], origin
+        return result
 
     def jointtarget(self, source: Source, span: Span, memory: Memory) -> tuple[JointTarget | Unknown, Origin]:
         """The jointtarget (or why there is none, as Unknown) at a byte span, and the origin of its value."""
@@ -172,13 +172,13 @@ def _displaces(tree: Call, inner: Expression, before: RobTarget, after: RobTarge
         data = data.base
     if not isinstance(data, Name):
         return False
-    aside = memory.aside()
-    aside.frame.bindings[data.name] = aside.lookup(data)
+    copy = memory.aside()
+    copy.frame.bindings[data.name] = copy.lookup(data)
     moved = replace(before, trans=add(before.trans, _TRIED.trans), rot=quat_mult(_TRIED.rot, before.rot))
-    store(inner, (moved.trans, moved.rot, tuple(map(float, moved.robconf)), moved.extax), aside)
-    found = to_robtarget(evaluate(tree, aside).data)
+    store(inner, (moved.trans, moved.rot, tuple(map(float, moved.robconf)), moved.extax), copy)
+    target = to_robtarget(evaluate(tree, copy).data)
     wanted = (*add(after.trans, _TRIED.trans), *quat_mult(_TRIED.rot, after.rot))
-    return math.dist(wanted, (*found.trans, *found.rot)) < 1e-6
+    return math.dist(wanted, (*target.trans, *target.rot)) < 1e-6
 
 
 def _runtime(declaration: Declaration | None) -> Origin:

@@ -26,21 +26,21 @@ def assume_wrist(events: Sequence[MotionEvent]) -> tuple[list[MotionEvent], list
     Returns:
         The events, and RAP026 at each statement for which it is assumed.
     """
-    found = list(events)
+    assumed = list(events)
     if not any(event.options.get(SETTING) for event in events):
-        return found, []
+        return assumed, []
     findings: dict[object, Diagnostic] = {}
     for i, (before, event) in enumerate(pairwise(events), 1):
         if not event.options.get(SETTING) and _flips(before, event):
             options = MappingProxyType({**event.options, SETTING: True})
-            found[i] = replace(event, in_force=replace(event.in_force, options=options))
+            assumed[i] = replace(event, in_force=replace(event.in_force, options=options))
             argument = event.statement.argument("to")
             span = event.statement.span if argument is None else argument.span
             text = r"axis 5 changes its sign on the way to this target: `SingArea\Wrist` is taken to be in force here"
             help_ = r"set it in front, if an operator starts here; other paths of the program set it elsewhere"
             finding = Diagnostic("RAP026", "warning", text, event.statement.source, span, help_)
             findings.setdefault(event.statement.key, finding)
-    return found, list(findings.values())
+    return assumed, list(findings.values())
 
 
 def _flips(before: MotionEvent, event: MotionEvent) -> bool:

@@ -28,7 +28,7 @@ def read_arguments(data: bytes, start: int, end: int) -> tuple[Piece, ...]:
     Returns:
         For each: ``\name`` of an optional argument or an empty text, span of the expression, span of the argument.
     """
-    found: list[Piece] = []
+    pieces: list[Piece] = []
     end -= data[end - 1 : end] == b";"
     at = start
     match = patterns.PIECE.match
@@ -43,18 +43,18 @@ def read_arguments(data: bytes, start: int, end: int) -> tuple[Piece, ...]:
         if option[0] >= 0:
             first = data.rfind(b"\\", start, option[0])
             last = expression[1] if piece[3] else option[1]
-            found.append(
+            pieces.append(
                 ("\\" + piece[2].decode("latin-1").lower(), expression if piece[3] else (last, last), (first, last))
             )
         elif expression[0] < expression[1]:
-            found.append(("", expression, expression))
+            pieces.append(("", expression, expression))
         if patterns.PLAIN_REST.fullmatch(data, at, end):  # as most statements go on after their target
             for word in data[at + 1 : end].split(b","):
                 span = (at + 1, at + 1 + len(word))
-                found.append(("", span, span))
+                pieces.append(("", span, span))
                 at = span[1]
             break
-    return tuple(found)
+    return tuple(pieces)
 
 
 class MotionReader:
@@ -81,7 +81,7 @@ class MotionReader:
         data, start = self.source.data, span[0]
         at = start + len(word)
         ends: tuple[int, ...] = ()
-        beside: tuple[bytes, ...] = ()
+        frames_before: tuple[bytes, ...] = ()
         for _ in range(signature.targets):
             target = patterns.TARGET.match(data, at, span[1])
             if target is None:
@@ -89,12 +89,12 @@ class MotionReader:
             first, last = target.span(1)
             if data[last - 1] <= 32 or b"!" in target[1]:
                 last = patterns.trimmed(data, first, last)
-            beside, ends, at = (*beside, data[at:first]), (*ends, last - start), last
-        key = (word, module, routine, *beside, data[at : span[1]])
+            frames_before, ends, at = (*frames_before, data[at:first]), (*ends, last - start), last
+        key = (word, module, routine, *frames_before, data[at : span[1]])
         shape = self.shapes.get(key)
         if shape is None:
             pieces = read_arguments(data, start + len(word), span[1])
-            names = frozenset(identifiers(b" ".join((*beside, data[at : span[1]]))))
+            names = frozenset(identifiers(b" ".join((*frames_before, data[at : span[1]]))))
             shape = self.shapes[key] = _shape(signature, (module, routine), names, _relative(pieces, start, ends))
         return MotionStatement(self.source, span, shape, self.ends.setdefault(ends, ends), (self.source.path, start))
 
@@ -106,11 +106,11 @@ def _relative(pieces: Sequence[Piece], start: int, ends: Sequence[int]) -> list[
         pieces: arguments with byte offsets in the file; start: offset of the statement.
         ends: where the targets end, in bytes from ``start``.
     """
-    found = []
-    for i, (name, span, whole) in enumerate(pieces):
+    relative = []
+    for i, (name, span, full_span) in enumerate(pieces):
         before, behind = (start + (0, *ends)[min(k, len(ends))] for k in (i, i + 1))
-        found.append((name, (span[0] - before, span[1] - behind), (whole[0] - before, whole[1] - behind)))
-    return found
+        relative.append((name, (span[0] - before, span[1] - behind), (full_span[0] - before, full_span[1] - behind)))
+    return relative
 
 
 def _shape(
@@ -123,18 +123,18 @@ def _shape(
         pieces: arguments with relative spans, as ``_relative`` gives them.
     """
     count = len([1 for name, _, _ in pieces if not name])
-    given = signature.older if signature.older and count == len(signature.older) else signature.roles
-    rest = iter(given)
-    roles = tuple([intern(name) if name else next(rest, "extra") for name, _, _ in pieces])
-    places = tuple([place for _, span, whole in pieces for place in (*span, *whole)])
-    complete = "to" not in given or count == len(given)
+    expected_roles = signature.older if signature.older and count == len(signature.older) else signature.roles
+    remaining = iter(expected_roles)
+    roles = tuple([intern(name) if name else next(remaining, "extra") for name, _, _ in pieces])
+    places = tuple([place for _, span, full_span in pieces for place in (*span, *full_span)])
+    complete = "to" not in expected_roles or count == len(expected_roles)
     return StatementShape(signature, *home, roles, places, complete, names)
 
 
 def argument_name(data: bytes, span: Span) -> str:
     """Lower-case name of the data that an argument is, or is a part of; empty for other expressions."""
-    found = _REFERENCE.fullmatch(data, *span)
-    return found[1].decode("latin-1").lower() if found else ""
+    match = _REFERENCE.fullmatch(data, *span)
+    return match[1].decode("latin-1").lower() if match else ""
 
 
 def component_path(data: bytes, span: Span) -> tuple[str, ...]:

@@ -57,13 +57,13 @@ class FromTheArm:
         Args:
             source, span: file and place of the text; module, routine: names of those in which it stands.
         """
-        own = self.program.routine(routine, module)
-        return bool(own and self._keys(own, source, span) & self.keys)
+        scope = self.program.routine(routine, module)
+        return bool(scope and self._keys(scope, source, span) & self.keys)
 
     def _keys(self, routine: Routine, source: Source, span: Span) -> set[str]:
         """Keys, as `_key` makes them, of all data, parameters and functions that a piece of text of a routine names."""
-        found = (self._key(routine, name) for name, _ in names_at(source, span))
-        return {key for key in found if key is not None}
+        keys = (self._key(routine, name) for name, _ in names_at(source, span))
+        return {key for key in keys if key is not None}
 
     def _key(self, routine: Routine, name: str) -> str | None:
         """Key of the parameter, data or function that a name in a routine means; None if its type holds no position.

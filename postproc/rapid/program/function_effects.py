@@ -49,8 +49,8 @@ def called_in(functions: re.Pattern[bytes], statement: Statement, data: bytes) -
             continue
         text = TEXT.sub(lambda quoted: b" " * len(quoted[0]), data[start:end])
         closing = _closings(text)
-        for found in functions.finditer(text):
-            yield found[1].decode("latin-1"), (start + found.end(), start + closing.get(found.end() - 1, len(text)))
+        for match in functions.finditer(text):
+            yield match[1].decode("latin-1"), (start + match.end(), start + closing.get(match.end() - 1, len(text)))
 
 
 def acting_functions(
@@ -95,11 +95,11 @@ def _expressions(statement: Statement) -> Iterator[Span]:
 
 def _closings(text: bytes) -> dict[int, int]:
     """Offset of the closing parenthesis by the offset of its opening one; those that are not closed are missing."""
-    found: dict[int, int] = {}
+    closings: dict[int, int] = {}
     opened: list[int] = []
     for mark in re.finditer(rb"[()]", text):
         if mark[0] == b"(":
             opened.append(mark.start())
         elif opened:
-            found[opened.pop()] = mark.start()
-    return found
+            closings[opened.pop()] = mark.start()
+    return closings

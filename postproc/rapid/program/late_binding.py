@@ -102,14 +102,14 @@ def may_be(template: Template, name: str) -> bool:
             continue
         last = i == len(template) - 1
         if not free:
-            found = at if name.startswith(part, at) else -1
+            position = at if name.startswith(part, at) else -1
         elif last:
-            found = max(at, len(name) - len(part)) if name.endswith(part) and len(name) - len(part) >= at else -1
+            position = max(at, len(name) - len(part)) if name.endswith(part) and len(name) - len(part) >= at else -1
         else:
-            found = name.find(part, at)
-        if found < 0:
+            position = name.find(part, at)
+        if position < 0:
             return False
-        at, free = found + len(part), False
+        at, free = position + len(part), False
     return free or at == len(name)
 
 

@@ -85,9 +85,9 @@ class Program:
     def hides(self, name: str, module: str, routine: str) -> bool:
         """Whether the program itself gives the name a meaning in this routine or module, so that it is no built-in."""
         inside = self.routine(routine, module) if routine else None
-        own = () if inside is None else names_of(inside)
+        local_names = () if inside is None else names_of(inside)
         return (
-            name.lower() in own
+            name.lower() in local_names
             or self.declaration(name, module, routine) is not None
             or self.routine(name, module) is not None
         )
@@ -116,23 +116,23 @@ class Program:
 
 def names_of(routine: Routine) -> frozenset[str]:
     """Lower-case names that a routine itself declares: parameters, data, labels and loop variables."""
-    given = [parameter.name for parameter in routine.parameters]
-    given += [declared.name for declared in routine.declarations]
-    given += [s.word for s in statements_of(routine) if s.kind in ("label", "for")]
-    return frozenset(name.lower() for name in given)
+    parameters = [parameter.name for parameter in routine.parameters]
+    parameters += [declared.name for declared in routine.declarations]
+    parameters += [s.word for s in statements_of(routine) if s.kind in ("label", "for")]
+    return frozenset(name.lower() for name in parameters)
 
 
 def statements_in(body: Sequence[Statement]) -> Sequence[Statement]:
     """Every statement of a body in text order, those inside of its branches and loops too."""
-    found: list[Statement] = []
+    statements: list[Statement] = []
     done = 0
     for i, statement in enumerate(body):
         if statement.branches:
-            found += body[done : i + 1]
+            statements += body[done : i + 1]
             done = i + 1
             for branch in statement.branches:
-                found += statements_in(branch.body)
-    return [*found, *body[done:]] if found else body
+                statements += statements_in(branch.body)
+    return [*statements, *body[done:]] if statements else body
 
 
 def statements_of(routine: Routine) -> Sequence[Statement]:
@@ -169,8 +169,8 @@ def read_program(
     modules: list[Module] = []
     diagnostics: list[Diagnostic] = []
     for source in files:
-        found, problems = _read_source(source)
-        modules += found
+        module_part, problems = _read_source(source)
+        modules += module_part
         diagnostics += problems
     diagnostics += _named_twice(modules)
     modules = without_aliases(modules)
@@ -181,9 +181,9 @@ def read_program(
     statements = _in_text_order(motions)
     diagnostics += [_incomplete(statement) for statement in statements if not statement.shape.complete]
     declarations = tuple(all_declarations(modules))
-    told, stated = tuple(diagnostics), frozenset(name.lower() for name in taught)
-    mine = (files, tuple(modules), declarations, statements, told, motions, names, routines)
-    return Program(*mine, stated, arm, elsewhere)
+    findings, stated = tuple(diagnostics), frozenset(name.lower() for name in taught)
+    fields = (files, tuple(modules), declarations, statements, findings, motions, names, routines)
+    return Program(*fields, stated, arm, elsewhere)
 
 
 def read_again(program: Program, text: Mapping[str, bytes]) -> Program:
@@ -208,10 +208,10 @@ def _read_motions(
     for module in modules:
         reader = MotionReader(module.source)
         # A routine of the user's with that name wins over the instruction.
-        own = {name for home, name in routines if home in ("", module.name.lower())}
+        names = {name for home, name in routines if home in ("", module.name.lower())}
         for routine in module.routines:
             for statement in statements_of(routine):
-                if statement.kind == "call" and statement.word in SIGNATURES and statement.word not in own:
+                if statement.kind == "call" and statement.word in SIGNATURES and statement.word not in names:
                     motion = reader.read(statement.span, statement.word, module.name, routine.name)
                     motions[motion.key] = motion
     return motions

@@ -71,14 +71,14 @@ def read_along(program: Program, near: Near) -> ReadAlong:
     Args:
         near: finds files by what they declare.
     """
-    own = frozenset(module.name.lower() for module in program.modules)
+    names = frozenset(module.name.lower() for module in program.modules)
     waiting = dict.fromkeys(_lacking(program))
     seen = set(waiting)
     items: dict[tuple[str, Span], _Item] = {}
     differing: dict[tuple[str, ...], list[str]] = {}
     while waiting:
         name, _ = waiting.popitem()
-        candidates = _candidates(name, program, near, own)
+        candidates = _candidates(name, program, near, names)
         if len({item.value for item in candidates}) > 1:
             files = tuple(dict.fromkeys(item.module.source.path for item in candidates))
             differing.setdefault(files, []).append(candidates[0].name)
@@ -129,19 +129,19 @@ def _unknown_at(program: Program, module: Module, routine: str, span: Span, know
             yield name
 
 
-def _candidates(name: str, program: Program, near: Near, own: frozenset[str]) -> list[_Item]:
+def _candidates(name: str, program: Program, near: Near, names: frozenset[str]) -> list[_Item]:
     """Items of that name in the files that the program's task may hold; if there is none, those of other tasks.
 
     Args:
-        name: in lower case. own: names of the program's modules in lower case.
+        name: in lower case. names: names of the program's modules in lower case.
     """
     declared = program.declaration(name)
     same_task, other_tasks = near(name)
     for files, shared in ((same_task, declared is not None), (other_tasks, True)):
-        found = [item for file in files for item in _items(file) if item.name.lower() == name]
-        found = [item for item in found if item.module.name.lower() not in own and _serves(item, declared, shared)]
-        if found:
-            return found
+        items = [item for file in files for item in _items(file) if item.name.lower() == name]
+        items = [item for item in items if item.module.name.lower() not in names and _serves(item, declared, shared)]
+        if items:
+            return items
     return []
 
 
@@ -166,15 +166,15 @@ def _items(source: Source) -> tuple[_Item, ...]:
     if has_errors(program.diagnostics):
         return ()
     written = WriteEffects(program).everything
-    found: list[_Item] = []
+    items: list[_Item] = []
     for module in program.modules:
         for data in module.declarations:
             open_ = data.storage == "VAR" or data.key in written  # a VAR has what the program has set before
-            found.append(_Item(module, data.name, data.span, data, open_))
+            items.append(_Item(module, data.name, data.span, data, open_))
         for record in _RECORD.finditer(source.data, *module.span):
             name = (record[1] or record[2]).decode("latin-1")
-            found.append(_Item(module, name, record.span()))
-    return tuple(found)
+            items.append(_Item(module, name, record.span()))
+    return tuple(items)
 
 
 def _named_in_module(item: _Item) -> list[_Item]:
@@ -184,14 +184,14 @@ def _named_in_module(item: _Item) -> list[_Item]:
         for i in _items(item.module.source)
         if i.declaration is not None and i.declaration.scope == "LOCAL" and i.module.span == item.module.span
     }
-    found, waiting = dict[str, _Item](), [item]
+    items, waiting = dict[str, _Item](), [item]
     while waiting:
         at = waiting.pop()
         for name, _ in names_at(at.module.source, at.span):
-            if name in local and name not in found:
-                found[name] = local[name]
+            if name in local and name not in items:
+                items[name] = local[name]
                 waiting.append(local[name])
-    return list(found.values())
+    return list(items.values())
 
 
 def _copy(items: Sequence[_Item]) -> Source:

@@ -60,7 +60,7 @@ def declaration_uses(program: Program, changes: WriteEffects) -> Mapping[str, tu
     Args:
         changes: write effects of the program.
     """
-    found: dict[str, list[Use]] = {}
+    uses_by_key: dict[str, list[Use]] = {}
     records = known_records(program.modules)
     types = {d.type for d in program.declarations}
     holding = {kind for kind in types if _holds_target(kind.lower(), records, 0)}
@@ -70,7 +70,7 @@ def declaration_uses(program: Program, changes: WriteEffects) -> Mapping[str, tu
             if not _numbers_only(declaration.source, span):
                 for name, at in names_at(declaration.source, span):
                     used = program.declaration(name, declaration.module, declaration.routine)
-                    _add(found, used, Use("declaration", declaration.source, at, declaration.routine), records)
+                    _add(uses_by_key, used, Use("declaration", declaration.source, at, declaration.routine), records)
     for routine in program.all_routines():
         parameters = {p.name: p for p in routine.parameters}
         names = declared | parameters.keys()
@@ -80,22 +80,22 @@ def declaration_uses(program: Program, changes: WriteEffects) -> Mapping[str, tu
             for name, use in named:
                 parameter = parameters.get(name)
                 if parameter is None:
-                    _add(found, program.declaration(name, routine.module, routine.name), use, records)
+                    _add(uses_by_key, program.declaration(name, routine.module, routine.name), use, records)
                 elif _touches_target(use, parameter.type, records):
-                    found.setdefault(routine.parameter_key(name), []).append(use)
+                    uses_by_key.setdefault(routine.parameter_key(name), []).append(use)
             for meant in named_by_text(statement, routine, program) if statement.word in BY_NAME else ():
-                _add(found, meant, Use("argument", routine.source, statement.span, routine.name), records)
-    return {key: tuple(uses) for key, uses in found.items()}
+                _add(uses_by_key, meant, Use("argument", routine.source, statement.span, routine.name), records)
+    return {key: tuple(uses) for key, uses in uses_by_key.items()}
 
 
-def _add(found: dict[str, list[Use]], declaration: Declaration | None, use: Use, records: Records) -> None:
+def _add(uses_by_key: dict[str, list[Use]], declaration: Declaration | None, use: Use, records: Records) -> None:
     """Add a use to those of declared data if it may read or write a target; nothing if the declaration is None.
 
     Args:
-        found: uses by key of the data. records: fields of each record type.
+        uses_by_key: uses by key of the data. records: fields of each record type.
     """
     if declaration is not None and _touches_target(use, declaration.type, records):
-        found.setdefault(declaration.key, []).append(use)
+        uses_by_key.setdefault(declaration.key, []).append(use)
 
 
 def _touches_target(use: Use, kind: str, records: Records) -> bool:
@@ -129,19 +129,19 @@ def _holds_target(kind: str, records: Records, depth: int) -> bool:
 
 def _of_motion(motion: MotionStatement, names: Set[str]) -> list[tuple[str, Use]]:
     """Uses of the given lower-case names in the arguments of a motion statement, as pairs of name and use."""
-    source, shape, found = motion.source, motion.shape, list[tuple[str, Use]]()
+    source, shape, uses = motion.source, motion.shape, list[tuple[str, Use]]()
     some = len(motion.ends) if shape.words.isdisjoint(names) else len(shape.roles)
     for role, i in zip(shape.roles, range(some), strict=False):
         span = motion.spans(i)[0]
         if _numbers_only(source, span):
             continue
-        whole = _is_plain(source.data[slice(*span)])
+        plain = _is_plain(source.data[slice(*span)])
         for at, (name, place) in enumerate(names_at(source, span)):
-            kind: UseKind = "expression" if at or not whole else "motion"
+            kind: UseKind = "expression" if at or not plain else "motion"
             kind = "write" if at == 0 and role in shape.signature.results else kind
             if name in names:
-                found.append((name, Use(kind, source, place, motion.routine, motion, role)))
-    return found
+                uses.append((name, Use(kind, source, place, motion.routine, motion, role)))
+    return uses
 
 
 def _of_statement(
@@ -153,7 +153,7 @@ def _of_statement(
         changes: write effects of the program.
     """
     source = routine.source
-    own = {p.name for p in routine.parameters}
+    parameters = {p.name for p in routine.parameters}
     spans: tuple[Span, ...] = statement.parts
     other: UseKind = "read"
     if statement.kind in ("call", "opaque", "connect"):
@@ -164,7 +164,7 @@ def _of_statement(
     handed = _handed_over(program, routine, statement) if statement.kind == "call" else {}
     for number, span in enumerate(spans):
         for at, (name, where) in enumerate(names_at(source, span)):
-            declaration = None if name in own else program.declaration(name, routine.module, routine.name)
+            declaration = None if name in parameters else program.declaration(name, routine.module, routine.name)
             key = "%" + name if declaration is None else declaration.key
             if key in written or (statement.kind == "assign" and number == 0 and at == 0):
                 yield name, Use("write", source, where, routine.name)

@@ -28,14 +28,14 @@ def data_elsewhere(sources: Sequence[Source], others: Iterable[tuple[Source, ...
     Args:
         sources: all files of the task; others: for each other task, background tasks included, all its files.
     """
-    own = _values(sources)
+    own_values = _values(sources)
     shared, written = set[tuple[str, str]](), set[tuple[str, str]]()
-    for files in others if own else ():
+    for files in others if own_values else ():
         values, changed = _shared_by(files)
-        common = own.keys() & values.keys()
+        common = own_values.keys() & values.keys()
         shared |= common
         written |= common & changed
-        written |= {name for name in common if len(own[name] | values[name]) > 1}
+        written |= {name for name in common if len(own_values[name] | values[name]) > 1}
     return Elsewhere(frozenset(shared), frozenset(written))
 
 
@@ -56,33 +56,33 @@ def _shared_by(files: tuple[Source, ...]) -> tuple[Values, frozenset[tuple[str, 
 
 def _values(sources: Iterable[Source]) -> Values:
     """All values that files give global PERS data, as text without blanks, by lower-case (name, type)."""
-    found: Values = {}
+    values: Values = {}
     for source in sources:
         for _, declared in _shared(source):
             text = b"" if declared.init is None else source.data[slice(*declared.init)]
-            found.setdefault(shared_name(declared), set()).update([b"".join(text.split())] if text else [])
-    return found
+            values.setdefault(shared_name(declared), set()).update([b"".join(text.split())] if text else [])
+    return values
 
 
 def say_written_elsewhere(program: Program) -> list[Diagnostic]:
     """Findings RAP037: data that motion statements name and code outside of them may change, at the first of them."""
-    found: dict[str, Diagnostic] = {}
-    outside = program.elsewhere
-    for statement in program.statements if outside.written or outside.read_along else ():
+    findings: dict[str, Diagnostic] = {}
+    elsewhere = program.elsewhere
+    for statement in program.statements if elsewhere.written or elsewhere.read_along else ():
         for name, span in names_at(statement.source, statement.span):
             declared = program.declaration(name, statement.module, statement.routine)
             if declared is None or declared.name.lower() in program.taught:
                 continue
-            if is_shared(declared) and shared_name(declared) in outside.written:
+            if is_shared(declared) and shared_name(declared) in elsewhere.written:
                 text = f"another task of the controller writes `{declared.name}`, or declares it with another value"
                 help_ = "the value in this file is assumed; where each arm needs its own, declare it `TASK PERS`"
-            elif declared.key in outside.read_along:
+            elif declared.key in elsewhere.read_along:
                 text = f"code that is not converted may write `{declared.name}`, which is read along"
                 help_ = f"the value in `{declared.source.path}` is assumed"
             else:
                 continue
-            found.setdefault(declared.key, Diagnostic("RAP037", "warning", text, statement.source, span, help_))
-    return list(found.values())
+            findings.setdefault(declared.key, Diagnostic("RAP037", "warning", text, statement.source, span, help_))
+    return list(findings.values())
 
 
 def lent_values(sources: Sequence[Source], others: Callable[[], Iterable[Source]]) -> list[Source]:
@@ -99,13 +99,13 @@ def lent_values(sources: Sequence[Source], others: Callable[[], Iterable[Source]
         return []
     own = [d for source in sources for _, d in _shared(source)]
     lacking = {shared_name(d) for d in own} - {shared_name(d) for d in own if d.init is not None}
-    found = []
+    values = []
     for source in others() if lacking else ():
-        given = [(module, d) for module, d in _shared(source) if d.init is not None and shared_name(d) in lacking]
-        lacking -= {shared_name(declared) for _, declared in given}
-        if given:
-            found.append(only(source, [(module, declared.span) for module, declared in given]))
-    return found
+        lent = [(module, d) for module, d in _shared(source) if d.init is not None and shared_name(d) in lacking]
+        lacking -= {shared_name(declared) for _, declared in lent}
+        if lent:
+            values.append(only(source, [(module, declared.span) for module, declared in lent]))
+    return values
 
 
 def _shared(source: Source) -> Iterator[tuple[Module, Declaration]]:

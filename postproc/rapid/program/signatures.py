@@ -56,11 +56,11 @@ def _arcs(number: str) -> list[Signature]:
     Args:
         number: of the arc system, a digit as in ``ArcL1Start``; empty for instructions without a number.
     """
-    found = []
+    signatures = []
     for suffix, phase in (("Start", "start"), ("", "weld"), ("End", "end")):
-        found.append(Signature(f"ArcL{number}{suffix}", "line", ARC, phase, OLD_ARC))
-        found.append(Signature(f"ArcC{number}{suffix}", "arc", _circular(ARC), phase, _circular(OLD_ARC)))
-    return found
+        signatures.append(Signature(f"ArcL{number}{suffix}", "line", ARC, phase, OLD_ARC))
+        signatures.append(Signature(f"ArcC{number}{suffix}", "arc", _circular(ARC), phase, _circular(OLD_ARC)))
+    return signatures
 
 
 def _unsupported(names: str, interpolation: Interpolation, why: str) -> list[Signature]:

@@ -26,8 +26,8 @@ def meant_name(name: str, known: Iterable[str]) -> str:
 
     Names that differ in their digits alone, ``p10`` and ``p20``, are no misspellings of each other.
     """
-    own = _without_digits(name)
-    return did_you_mean(name, (other for other in known if _without_digits(other) != own), cutoff=SURE)
+    stem = _without_digits(name)
+    return did_you_mean(name, (other for other in known if _without_digits(other) != stem), cutoff=SURE)
 
 
 def meant_data(program: Program, name: str, types: frozenset[str], module: str, routine: str) -> str:

@@ -64,7 +64,7 @@ class EffectReader:
         """By file: what matches calls of functions that may write, and where these stand."""
         for source in program.sources:
             if (writing := writing_functions(source, program)) is not None:
-                self.calling[source.path] = writing, [found.start() for found in writing.finditer(source.data)]
+                self.calling[source.path] = writing, [match.start() for match in writing.finditer(source.data)]
         self._procedures = grouped((r.name.lower(), r) for r in program.all_routines() if r.kind == "PROC")
         self._functions: dict[tuple[str, Span], StatementEffect] = {}
 
@@ -118,16 +118,16 @@ class EffectReader:
         at = bisect_left(places, statement.span[0])
         if at == len(places) or places[at] >= statement.span[1]:
             return NO_EFFECT
-        found = self._functions.get((path, statement.span))
-        if found is None:
+        effects = self._functions.get((path, statement.span))
+        if effects is None:
             reading = _Reading(self, routine)
             for name, span in called_in(functions, statement, routine.source.data):
                 called = self.program.routine(name, routine.module)
                 if called is None:
                     reading.unseen_code(name)
                 reading.add_arguments(called, read_arguments(routine.source.data, *span), name)
-            found = self._functions[path, statement.span] = reading.effect()
-        return found
+            effects = self._functions[path, statement.span] = reading.effect()
+        return effects
 
     def key_of(self, name: str, routine: Routine, path: tuple[str, ...] = (), writer: str = "") -> str | None:
         """Record that a routine writes to the data or parameter of this name, and return its key.
@@ -216,10 +216,10 @@ class _Reading:
         Args:
             template: of the name, as ``text_template`` gives it; pieces: arguments of the call.
         """
-        found = self.reader.fitting(template)
-        for called in found:
+        routines = self.reader.fitting(template)
+        for called in routines:
             self.add_arguments(called, pieces, "")
-        if not found or None in template:
+        if not routines or None in template:
             self.unseen_code(LATE)
             self.add_arguments(None, pieces, LATE)
 
@@ -255,7 +255,7 @@ class _Reading:
 
 def _assigned_in(source: Source, span: Span) -> Iterator[str]:
     """Lower-case names that stand before ``:=`` in text that could not be read."""
-    for found in re.finditer(
+    for match in re.finditer(
         rb"(?<![\w\x80-\xff])([A-Za-z_\x80-\xff][\w\x80-\xff]*+)\s*+:=", source.data[span[0] : span[1]]
     ):
-        yield found[1].decode("latin-1").lower()
+        yield match[1].decode("latin-1").lower()

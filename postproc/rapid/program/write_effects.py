@@ -44,11 +44,11 @@ class WriteEffects:
         self.unseen: set[str] = set()
         routines = {r.key: r for r in program.all_routines()}
         calls: dict[str, set[CalledWith]] = {}
-        found: dict[str, set[str]] = {}
+        written_by_name: dict[str, set[str]] = {}
         callers: dict[str, set[str]] = {}
         for key, routine in routines.items():
             effects = self._effects(statements_of(routine), routine)
-            found[key] = {written for effect in effects for written in effect.keys}
+            written_by_name[key] = {written for effect in effects for written in effect.keys}
             calls[key] = {call for effect in effects for call in effect.calls}
             self.unseen.update(name for effect in effects for name in effect.unseen)
             for called, _ in calls[key]:
@@ -56,26 +56,28 @@ class WriteEffects:
         pending = dict.fromkeys(routines)  # each routine waits once
         while pending:
             key, _ = pending.popitem()
-            before = len(found[key])
-            self._add_calls(found[key], calls[key], found, routines[key])
-            if len(found[key]) != before:
+            before = len(written_by_name[key])
+            self._add_calls(written_by_name[key], calls[key], written_by_name, routines[key])
+            if len(written_by_name[key]) != before:
                 pending |= dict.fromkeys(callers.get(key, ()))
-        self.of_routine = {key: frozenset(keys) for key, keys in found.items()}
-        self.everything = frozenset(k for keys in found.values() for k in keys if not k.startswith("%"))
+        self.of_routine = {key: frozenset(keys) for key, keys in written_by_name.items()}
+        self.everything = frozenset(k for keys in written_by_name.values() for k in keys if not k.startswith("%"))
         self.started = frozenset(self.direct.started)
         self.acting = acting_functions(routines, self.of_routine, callers)
         # What a trap changes may change at any moment, what a handler changes that goes on wherever an error may come.
         self.shared = _shared_keys(program, program.elsewhere.shared)
         self.elsewhere = _shared_keys(program, program.elsewhere.written) | program.elsewhere.read_along
-        traps = [found[key] for key, routine in routines.items() if routine.kind == "TRAP" or key in self.started]
+        traps = [
+            written_by_name[key] for key, routine in routines.items() if routine.kind == "TRAP" or key in self.started
+        ]
         handlers = [
             self.of(body, routine)
             for routine in routines.values()
             for body in routine.handlers
             if _goes_on(body, routine)
         ]
-        found_here = (k for keys in (*traps, *handlers, self.direct.lasting) for k in keys if k[0] not in "%@")
-        self.volatile = self.elsewhere.union(found_here)
+        anywhere = (k for keys in (*traps, *handlers, self.direct.lasting) for k in keys if k[0] not in "%@")
+        self.volatile = self.elsewhere.union(anywhere)
         self.unseen_any_time = any(UNSEEN in keys for keys in (*traps, *handlers))
 
     def paths(self, declaration: Declaration) -> Sequence[tuple[str, ...]]:
@@ -83,8 +85,8 @@ class WriteEffects:
 
         If no component is known, all of it counts as written.
         """
-        found = sorted(self.direct.paths.get(declaration.key, {()}))
-        return [path for i, path in enumerate(found) if not any(path[: len(p)] == p for p in found[:i])]
+        paths = sorted(self.direct.paths.get(declaration.key, {()}))
+        return [path for i, path in enumerate(paths) if not any(path[: len(p)] == p for p in paths[:i])]
 
     @cached_property
     def exposed(self) -> frozenset[str]:
@@ -149,10 +151,10 @@ class WriteEffects:
     def _effects(self, statements: Sequence[Statement], routine: Routine) -> list[StatementEffect]:
         """The effects of statements of a routine, and of the functions in them, without those that have none."""
         reader = self.direct
-        found = [reader.own(statement, routine) for statement in statements]
+        effects = [reader.own(statement, routine) for statement in statements]
         if routine.source.path in reader.calling:
-            found += [reader.functions(statement, routine) for statement in statements]
-        return [effect for effect in found if effect is not NO_EFFECT]
+            effects += [reader.functions(statement, routine) for statement in statements]
+        return [effect for effect in effects if effect is not NO_EFFECT]
 
     def _add_calls(
         self, changed: set[str], calls: Iterable[CalledWith], below: Mapping[str, Set[str]], routine: Routine
