@@ -205,9 +205,9 @@ def fit(data: Measurements, robot: str, effects: Sequence[str] = BASE) -> Fit:
     library = effect_library()
     classes = [find_effect(key, library) for key in effects]
     nominal = Model(load_robot(robot), robot_name=robot)
-    found = fit_effects(nominal, data, classes)
-    no_farther_than_nominal(found)
-    return found
+    fitted = fit_effects(nominal, data, classes)
+    no_farther_than_nominal(fitted)
+    return fitted
 
 
 def compare(model: Model, data: Measurements) -> Comparison:

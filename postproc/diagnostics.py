@@ -213,10 +213,10 @@ class Diagnostic:
             number, column = self.source.position(self.span[0])
             text = self.source.line(number)
             length = len(self.source.data[slice(*self.span)].decode(self.source.encoding, "replace"))
-            before, rest = text[: column - 1], text[column - 1 :]
+            before, marked = text[: column - 1], text[column - 1 :]
             margin = " " * len(str(number))
             room = None if width is None else max(20, width - len(margin) - 3)
-            shown, carets = underlined(visible(before), visible(rest[:length]), visible(rest[length:]), room)
+            shown, carets = underlined(visible(before), visible(marked[:length]), visible(marked[length:]), room)
             lines += [f"{margin} |", f"{number} | {shown}", f"{margin} | {carets}"]
         if self.help:
             # A proposal has lines of its own; what a file name puts there cannot be taken for another finding.
@@ -247,9 +247,9 @@ class PostprocError(Exception):
     """
 
     def __init__(self, diagnostics: Diagnostic | Iterable[Diagnostic], exit_code: int = 2) -> None:
-        found = (diagnostics,) if isinstance(diagnostics, Diagnostic) else tuple(diagnostics)
-        super().__init__(found, exit_code)
-        self.diagnostics = found
+        findings = (diagnostics,) if isinstance(diagnostics, Diagnostic) else tuple(diagnostics)
+        super().__init__(findings, exit_code)
+        self.diagnostics = findings
         self.exit_code = exit_code
 
     @classmethod

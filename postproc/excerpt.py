@@ -69,13 +69,13 @@ def underlined(before: str, marked: str, after: str, width: int | None) -> tuple
     first = max(0, min(begin - width // 4, columns(line) - width))
     low = first + len(CUT) * (first > 0)
     high = first + width
-    more = high < columns(line)
+    continues = high < columns(line)
     shown, at = CUT * (first > 0), 0
     for letter in line:
         after_it = at + _columns(letter)
-        if low <= at and after_it <= high - len(CUT) * more:
+        if low <= at and after_it <= high - len(CUT) * continues:
             shown += letter
         elif at < low < after_it:  # half of a wide letter
             shown += " "
         at = after_it
-    return shown + CUT * more, " " * (begin - first) + "^" * (min(end, high) - begin)
+    return shown + CUT * continues, " " * (begin - first) + "^" * (min(end, high) - begin)

@@ -68,12 +68,12 @@ def read_source(name: str | Path, code: str = "", read_only: bool = False) -> So
         return Source(str(name), read_file(name), read_only)
     except OSError as error:
         reason = error.strerror or str(error)
-        found, text, help_ = code, f"cannot read `{name}`: {reason}", "check the name and its rights"
+        error_code, text, help_ = code, f"cannot read `{name}`: {reason}", "check the name and its rights"
         if not code:
             other = ("CLI004", f"cannot read `{{}}`: {reason}", "check the rights of the file")
-            found, text, help_ = MISREAD.get(type(error), other)
+            error_code, text, help_ = MISREAD.get(type(error), other)
         message = text.replace("{}", str(name))
-        raise PostprocError(Diagnostic(found, "error", message, help=help_, matter=Matter.UNREADABLE)) from error
+        raise PostprocError(Diagnostic(error_code, "error", message, help=help_, matter=Matter.UNREADABLE)) from error
 
 
 def is_program(text: str) -> bool:
@@ -253,4 +253,4 @@ def resource(*parts: str) -> Path:
 def explanations() -> dict[str, str]:
     """Return every diagnostic's section of ``docs/diagnostics`` as Markdown, by code."""
     pages = sorted(resource("docs", "diagnostics").glob("*.md"))
-    return {found[1]: found[0].strip() for page in pages for found in _SECTION.finditer(page.read_text("utf-8"))}
+    return {match[1]: match[0].strip() for page in pages for match in _SECTION.finditer(page.read_text("utf-8"))}

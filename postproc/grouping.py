@@ -13,21 +13,21 @@ H = TypeVar("H", bound=Hashable)
 
 def grouped(pairs: Iterable[tuple[K, V]]) -> dict[K, list[V]]:
     """Group values by key; keys and values keep the order in which they come."""
-    found: dict[K, list[V]] = {}
+    groups: dict[K, list[V]] = {}
     for key, value in pairs:
-        found.setdefault(key, []).append(value)
-    return found
+        groups.setdefault(key, []).append(value)
+    return groups
 
 
-def closure(start: Iterable[H], more: Callable[[H], Iterable[H]]) -> set[H]:
-    """All values that are reached: those at the start, and step by step what ``more`` gives for each of them."""
-    found = set(start)
-    pending = list(found)
+def closure(start: Iterable[H], successors: Callable[[H], Iterable[H]]) -> set[H]:
+    """All values that are reached: those at the start, and step by step what ``successors`` gives for each of them."""
+    reached = set(start)
+    pending = list(reached)
     while pending:
-        new = set(more(pending.pop())) - found
-        found |= new
+        new = set(successors(pending.pop())) - reached
+        reached |= new
         pending += new
-    return found
+    return reached
 
 
 def shared(path: str) -> Any:

@@ -48,9 +48,9 @@ def assert_same_program(approved: str | Path, produced: str | Path, tolerance_mm
     for path in (approved, produced):
         if not Path(path).is_file():
             raise AssertionError(f"{path} is not there")
-    found = compare_programs(_read(approved), _read(produced), tolerance_mm)
-    if not found.equal:
-        text = render_text(difference_document(str(approved), str(produced), found))
+    difference = compare_programs(_read(approved), _read(produced), tolerance_mm)
+    if not difference.equal:
+        text = render_text(difference_document(str(approved), str(produced), difference))
         raise AssertionError(f"{produced} is not as approved in {approved}\n{text}")
 
 

@@ -108,8 +108,8 @@ def parse_toml(source: Source, code: str) -> dict[str, Any]:
             raise PostprocError.of(code, "this is a RAPID program, not a TOML file", source, (0, 1), help_) from error
         said = str(error)
         help_ = next((meant for start, meant in MISTAKES.items() if said.startswith(start)), WRITTEN)
-        found = Diagnostic(code, "error", f"not TOML: {said}", source, _error_span(source, said), help_)
-        raise PostprocError(found) from error
+        finding = Diagnostic(code, "error", f"not TOML: {said}", source, _error_span(source, said), help_)
+        raise PostprocError(finding) from error
     except (ValueError, RecursionError) as error:  # a number of thousands of digits, brackets a thousand deep
         message = "a number is too long" if isinstance(error, ValueError) else "brackets are nested too deep"
         raise PostprocError.of(code, f"{message} to be read", source) from error
@@ -117,10 +117,10 @@ def parse_toml(source: Source, code: str) -> dict[str, Any]:
 
 def _error_span(source: Source, message: str) -> Span:
     """Return the byte span of the line and column that a parser's message names; without, the end of the file."""
-    found = re.search(r"at line (\d+), column (\d+)", message)
-    if not found:
+    match = re.search(r"at line (\d+), column (\d+)", message)
+    if not match:
         return len(source.data), len(source.data)
-    at = source.line_starts[int(found[1]) - 1] + int(found[2]) - 1
+    at = source.line_starts[int(match[1]) - 1] + int(match[2]) - 1
     return at, at + 1
 
 
@@ -211,7 +211,7 @@ def check(schema: type[Schema], content: dict[str, Any], source: Source, code: s
     """
     try:
         # As JSON, lists may stand for tuples and nothing else for another thing; dates have no place in any file.
-        found = schema.model_validate_json(json.dumps(content, default=lambda date: [str(date)]), strict=True)
+        checked = schema.model_validate_json(json.dumps(content, default=lambda date: [str(date)]), strict=True)
     except ValidationError as error:
         every = error.errors()[:MOST_FINDINGS]
         raise PostprocError([_finding(schema, dict(e), source, code) for e in every]) from error
@@ -222,7 +222,7 @@ def check(schema: type[Schema], content: dict[str, Any], source: Source, code: s
     ]
     if odd:
         raise PostprocError(odd[:MOST_FINDINGS])
-    return found
+    return checked
 
 
 def _values(content: Any, keys: Keys = ()) -> Iterator[tuple[Keys, Any]]:
@@ -306,5 +306,5 @@ def _expected(error: dict[str, Any]) -> str:
     if "min_length" in context or "max_length" in context:
         length = context.get("min_length", context.get("max_length"))
         return f"give {length} values; there are {context.get('actual_length', 'others')}"
-    found = str(error.get("input"))
-    return f"found `{found if len(found) <= MOST_SHOWN else found[:MOST_SHOWN] + '..'}`"
+    value = str(error.get("input"))
+    return f"found `{value if len(value) <= MOST_SHOWN else value[:MOST_SHOWN] + '..'}`"

@@ -204,8 +204,8 @@ class Assumed:
 
 def joined_causes(*causes: Causes) -> Causes:
     """Join the causes of several values: each kind, subject and cause once, at most ``MOST_CAUSES`` in all."""
-    found = {(cause.kind, cause.subject, str(cause.cause)): cause for part in causes for cause in part}
-    return tuple(found.values())[:MOST_CAUSES]
+    causes_by_kind = {(cause.kind, cause.subject, str(cause.cause)): cause for part in causes for cause in part}
+    return tuple(causes_by_kind.values())[:MOST_CAUSES]
 
 
 def assumed_for(data: Data, causes: Causes) -> Data:

@@ -203,15 +203,17 @@ def describe_robot(name_or_path: str | Path) -> Robot:
 
 def doubts(robot: Robot) -> list[Diagnostic]:
     """Return diagnostics on a doubtful arm: no masses or odd lengths (KIN010), rounded angles of its URDF (KIN013)."""
-    found = [no_masses(robot)] if not robot.mass.any() else []
+    findings = [no_masses(robot)] if not robot.mass.any() else []
     if "angles" in robot.sources:
         text = f"`{robot.name}`: angles of its URDF are rounded, {robot.sources['angles']}"
-        found.append(Diagnostic("KIN013", "info", text, help="nothing to do, where the arm is built at right angles"))
+        findings.append(
+            Diagnostic("KIN013", "info", text, help="nothing to do, where the arm is built at right angles")
+        )
     reach = float(np.linalg.norm(robot.link[:, :3, 3], axis=1).sum())
     if not SHORTEST < reach < LONGEST:
         text = f"the links of `{robot.name}` are {reach:.4g} m long, one after another"
-        found.append(Diagnostic("KIN010", "warning", text, help="lengths are in m in a URDF, in mm in a TOML"))
-    return found
+        findings.append(Diagnostic("KIN010", "warning", text, help="lengths are in m in a URDF, in mm in a TOML"))
+    return findings
 
 
 def no_masses(robot: Robot, severity: Severity = "warning") -> Diagnostic:
@@ -328,25 +330,25 @@ def _inertia(body: _Body) -> Array:
 
 def _guessed(file: RobotFile) -> dict[str, str]:
     """Return ``robot.sources`` entries for joint limits and rates that are not stated, and for estimated stiffness."""
-    found = {} if "joints" in file.model_fields_set else dict(GUESSED)
+    guesses = {} if "joints" in file.model_fields_set else dict(GUESSED)
     for key in ("acceleration_rad_per_s2", "jerk_rad_per_s3"):
         if "joints" in file.model_fields_set and key not in file.joints.model_fields_set:
-            found[f"joints.{key}"] = "estimate: the file states none"
+            guesses[f"joints.{key}"] = "estimate: the file states none"
     if file.joints.stiffness_source == "estimated":
-        found["joints.stiffness_Nm_per_rad"] = "estimate, by the file's stiffness_source"
-    return found
+        guesses["joints.stiffness_Nm_per_rad"] = "estimate, by the file's stiffness_source"
+    return guesses
 
 
 def _sources(source: Source) -> dict[str, str]:
     """Return, by dotted key (``joints.limits_deg``), the comment behind each value, on the last line of the value."""
     text = source.data.decode("utf-8-sig")
-    found = {}
+    sources = {}
     for keys, (_, (start, end)) in locate(text).items():
         last = text[max(start, text.rfind("\n", 0, end)) :].lstrip("\n").partition("\n")[0]
         comment = re.sub(r'"[^"]*"', "", last).partition("#")[2].strip()
         if comment:
-            found[".".join(map(str, keys))] = comment
-    return found
+            sources[".".join(map(str, keys))] = comment
+    return sources
 
 
 def _wrong(message: str, source: Source, keys: tuple[str, ...]) -> PostprocError:

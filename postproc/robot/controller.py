@@ -81,9 +81,9 @@ def read_calibration(motion: Entries, robot: Entry) -> Calibration | None:
     compliance = {i: float(text) if _NUMBER.fullmatch(text) else math.nan for i, text in stated.items()}
     arms = by_name(motion, "ARM")
     calibrated = {arms.get(name, {}).get("use_arm_calib", name).lower() for name in joints.values()}
-    beside = [e for name, e in by_name(motion, "ARM_CALIB").items() if name in calibrated]
-    beside += [e for name, e in by_name(motion, "PARALLEL_ARM_CALIB").items() if name in joints.values()]
-    unread = {key for entry in beside for key in entry if key.startswith(("error_", "arm_compliance_"))}
+    calibrations = [e for name, e in by_name(motion, "ARM_CALIB").items() if name in calibrated]
+    calibrations += [e for name, e in by_name(motion, "PARALLEL_ARM_CALIB").items() if name in joints.values()]
+    unread = {key for entry in calibrations for key in entry if key.startswith(("error_", "arm_compliance_"))}
     if any(key.startswith("offset_") for entry in motion.get("TOOL_INTERFACE", []) for key in entry):
         unread.add("offset of TOOL_INTERFACE")
     return Calibration(compliance, {i: joints[i] for i in stated}, tuple(sorted(unread)))
@@ -122,11 +122,11 @@ def read_drive(backup: Backup, folder: str) -> Drive:
 
 def arm_entries(motion: Entries) -> list[Entry]:
     """Return the ROBOT entries that are arms: of an ABB type or with a serial number, and no GEN_KIN chain."""
-    own = {e.get("name", "").lower() for e in motion.get("ROBOT_TYPE", []) if e.get("type", "").upper() == "GEN_KIN"}
+    names = {e.get("name", "").lower() for e in motion.get("ROBOT_TYPE", []) if e.get("type", "").upper() == "GEN_KIN"}
     return [
         robot
         for robot in motion.get("ROBOT", [])
-        if robot.get("use_robot_type", "").lower() not in own
+        if robot.get("use_robot_type", "").lower() not in names
         and (robot.get("use_robot_serial_number") or _ARM.match(robot.get("use_robot_type", "")))
     ]
 
@@ -136,14 +136,14 @@ def read_entries(text: str) -> Entries:
 
     A backslash at the end of a line continues it. Keys are in lower case; a key without a value has an empty text.
     """
-    found: dict[str, list[Entry]] = {}
+    entries: dict[str, list[Entry]] = {}
     current: list[Entry] = []
     for line in re.sub(r"\\[ \t]*\r?\n[ \t]*", " ", text).splitlines():
         if head := re.fullmatch(r"([A-Z]\w*):\s*", line):
-            current = found.setdefault(head[1], [])
+            current = entries.setdefault(head[1], [])
         elif line.lstrip().startswith("-"):
             current.append({key.lower(): quoted or bare for key, quoted, bare in _ENTRY.findall(line)})
-    return found
+    return entries
 
 
 def read_quietly(path: Path) -> bytes:

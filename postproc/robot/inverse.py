@@ -76,8 +76,8 @@ def joint_solution(robot: Robot, T_base_flange: Array, conf: NDArray[np.int64] |
     wanted = np.asarray(conf, dtype=np.int64).reshape(-1, 4)
     q, failures = np.empty((len(poses), 6)), []
     for rows in blocks(len(poses)):
-        q[rows], found = _solve(robot, poses[rows], wanted[rows])
-        failures += [replace(f, index=rows.start + f.index) for f in found]
+        q[rows], solved = _solve(robot, poses[rows], wanted[rows])
+        failures += [replace(f, index=rows.start + f.index) for f in solved]
     return JointSolution(q, tuple(failures))
 
 
@@ -106,13 +106,13 @@ def beyond_limits(robot: Robot, q: Array) -> list[UnreachedPose]:
     """
     excess = excess_of(robot, q)
     help_ = "move or turn the target, or give it another configuration"
-    found = []
+    beyond = []
     for i in np.flatnonzero(excess.max(axis=1, initial=0.0) > 0.0):
         j = int(np.argmax(excess[i]))
         limit = np.degrees(robot.lower[j] if q[i, j] < robot.lower[j] else robot.upper[j])
         text = f"joint {j + 1} reaches {np.degrees(q[i, j]):.1f} deg, limit {round(limit, 1):g} deg"
-        found.append(UnreachedPose(int(i), "limit", text, help_))
-    return found
+        beyond.append(UnreachedPose(int(i), "limit", text, help_))
+    return beyond
 
 
 def excess_of(robot: Robot, q: Array) -> Array:
@@ -145,19 +145,19 @@ def _solve(robot: Robot, poses: Array, wanted: NDArray[np.int64]) -> tuple[Array
     same = (bits == wanted[:, None, 3]) | mirrored
     exists = np.asarray(np.isfinite(solutions).all(axis=-1))
     # Among branches that fit, one inside its quadrants and inside the limits wins.
-    outside = np.where(excess_of(robot, q) > 0.0, 1.0, 0.0).sum(axis=-1)
-    cost = np.where(exists & same & (gap <= COMPLIANT), gap + outside + 2 * TAUGHT_WRIST * mirrored, np.inf)
+    excess = np.where(excess_of(robot, q) > 0.0, 1.0, 0.0).sum(axis=-1)
+    cost = np.where(exists & same & (gap <= COMPLIANT), gap + excess + 2 * TAUGHT_WRIST * mirrored, np.inf)
     best = np.argmin(cost, axis=1)
     rows = np.arange(len(q))
-    found = np.isfinite(cost[rows, best])
-    result = np.where(found[:, None], q[rows, best], np.nan)
+    solved = np.isfinite(cost[rows, best])
+    result = np.where(solved[:, None], q[rows, best], np.nan)
     failures = [
         _missing(robot, int(i), solutions[i], wanted[i])
         if exists[i].any()
         else UnreachedPose(
             int(i), "unreachable", _out_of_reach(robot, poses[i]), "move the target into the working range"
         )
-        for i in np.flatnonzero(~found)
+        for i in np.flatnonzero(~solved)
     ]
     failures += beyond_limits(robot, result)
     result[[f.index for f in failures]] = np.nan
@@ -178,8 +178,8 @@ def _turned(q: Array, cf: NDArray[np.int64]) -> tuple[Array, Array]:
     moved, gap = _near_quadrants(q, cf)
     again = (np.abs(np.sin(q[..., 4])) < TAUGHT_WRIST) & (gap > BOUNDARY)
     if again.any():
-        divided, rest = _near_quadrants(_divided_wrist(q, cf), cf)
-        moved, gap = np.where(again[..., None], divided, moved), np.where(again, rest + TAUGHT_WRIST, gap)
+        divided, remainder = _near_quadrants(_divided_wrist(q, cf), cf)
+        moved, gap = np.where(again[..., None], divided, moved), np.where(again, remainder + TAUGHT_WRIST, gap)
     return moved, gap
 
 

@@ -88,7 +88,7 @@ def body_motions(
     T = np.moveaxis(T_base_body, 0, -1)
     acceleration, origin = np.zeros((2, 3, len(v)))
     spin, spin_rate = (np.zeros((3, len(v))) if rate is None else rate.T for rate in base)
-    found = [BodyMotion(acceleration.T, spin.T, spin_rate.T)]
+    motions = [BodyMotion(acceleration.T, spin.T, spin_rate.T)]
     for j in range(6):
         R, p = T[j + 1, :3, :3], T[j + 1, :3, 3]
         arm = p - origin
@@ -98,8 +98,8 @@ def body_motions(
         rate = turn * v[:, j]
         spin_rate = spin_rate + turn * a[:, j] + cross(spin, rate)
         spin = spin + rate
-        found.append(BodyMotion(acceleration.T, spin.T, spin_rate.T))
-    return found
+        motions.append(BodyMotion(acceleration.T, spin.T, spin_rate.T))
+    return motions
 
 
 def forward(robot: Robot, q: Array) -> Array:

@@ -59,11 +59,11 @@ def parse_type_name(text: str) -> TypeName | None:
     >>> parse_type_name("IRB 1600ID-4/1.5") == parse_type_name("ROB1_1600ID_1.50_4")
     True
     """
-    found = _TYPE.fullmatch(text.strip()) or _DISPLAYED.fullmatch(text.strip())
-    if found is None:
+    match = _TYPE.fullmatch(text.strip()) or _DISPLAYED.fullmatch(text.strip())
+    if match is None:
         return None
-    option = (found["option"] or "").upper()
-    return TypeName(found["model"].upper(), option, float(found["reach"]), float(found["payload"]))
+    option = (match["option"] or "").upper()
+    return TypeName(match["model"].upper(), option, float(match["reach"]), float(match["payload"]))
 
 
 def library_name(type_: str) -> str | None:
@@ -99,8 +99,8 @@ def nearest_names(type_: str, count: int = 3) -> list[str]:
 
 def _model(type_: str) -> str | None:
     """Return the model number (three to five digits) in a type name, which need not be parsable; None without."""
-    found = re.search(r"(?<!\d)\d{3,5}(?!\d)", type_.strip())
-    return found and found[0]
+    match = re.search(r"(?<!\d)\d{3,5}(?!\d)", type_.strip())
+    return match and match[0]
 
 
 def _bare(type_: str) -> str:
@@ -112,9 +112,9 @@ def _bare(type_: str) -> str:
 @cache
 def _library() -> Mapping[str, tuple[str, ...]]:
     """Return the controller's type names of every arm of the library that has any, by library name."""
-    found = {}
+    library = {}
     for path in sorted(ARMS.glob("*.toml")):
         types = tomllib.loads(path.read_text("utf-8")).get("controller", {}).get("types", ())
         if types:
-            found[path.stem] = tuple(types)
-    return found
+            library[path.stem] = tuple(types)
+    return library

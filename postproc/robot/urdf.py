@@ -88,12 +88,12 @@ def _parsed(path: Path, pin: Any) -> tuple[Any, list[str]]:
         text = f"`{path}` is a xacro file, a recipe for a URDF"
         raise PostprocError.of("KIN007", text, help=f"make the URDF with ROS: `xacro {path} > {made}`, and give that")
     text, snapped = exact_angles(_text(path))
-    said: list[str] = []
+    messages: list[str] = []
     try:
-        with _parser_words(said):
+        with _parser_words(messages):
             return pin.buildModelFromXML(text), snapped
     except (ValueError, RuntimeError) as error:
-        raise _wrong(path, f"not a URDF of a robot: {'; '.join(said) or error}") from error
+        raise _wrong(path, f"not a URDF of a robot: {'; '.join(messages) or error}") from error
 
 
 def exact_angles(text: str) -> tuple[str, list[str]]:
@@ -103,20 +103,20 @@ def exact_angles(text: str) -> tuple[str, list[str]]:
     """
     step, rounded = np.pi / 4, set()
 
-    def written(found: re.Match[str]) -> str:
+    def written(match: re.Match[str]) -> str:
         """Return a match of an ``rpy`` attribute with its angles written in full."""
-        words = found[3].split()
+        words = match[3].split()
         for i, word in enumerate(words):
             try:
                 angle = float(word)
             except ValueError:
-                return found[0]
+                return match[0]
             exact = step * round(angle / step)
             if 0 < abs(angle - exact) < ROUNDED:
                 if abs(angle - exact) > 1e-9:
                     rounded.add(word)
                 words[i] = repr(float(exact))
-        return f"{found[1]}{found[2]}{' '.join(words)}{found[2]}"
+        return f"{match[1]}{match[2]}{' '.join(words)}{match[2]}"
 
     return _ANGLES.sub(written, text), sorted(rounded)
 

@@ -68,17 +68,17 @@ def call_by_arm(
     Raises:
         Unknown: there is no arm, other arguments are given, or the tool is not held by the robot or the work is.
     """
-    given = tuple(arguments)
-    if arm is None or len(given) != 2 or not options.keys() <= {"wobj"}:
+    values = tuple(arguments)
+    if arm is None or len(values) != 2 or not options.keys() <= {"wobj"}:
         raise Unknown(Kind.CONTROLLER_FUNCTION, name)
-    tool = to_tool("", given[1])
+    tool = to_tool("", values[1])
     wobj = to_wobj("", options["wobj"]) if "wobj" in options else WobjData()
     if not tool.robhold or wobj.robhold:
         raise Unknown(Kind.CONTROLLER_FUNCTION, name)
     situation = Situation(tool, wobj, state("@pdisp"), state("@eoffs"), state("@units"))
     if name.lower() == "calcrobt":
-        place = arm.target(to_jointtarget(given[0]), situation)
+        place = arm.target(to_jointtarget(values[0]), situation)
         conf = tuple(map(float, place.robconf))
         return "robtarget", rounded((*as_pose(Pose(place.trans, place.rot)), conf, place.extax))
-    found = arm.joints(to_robtarget(given[0]), situation)
-    return "jointtarget", rounded((found.robax, found.extax))
+    joints = arm.joints(to_robtarget(values[0]), situation)
+    return "jointtarget", rounded((joints.robax, joints.extax))

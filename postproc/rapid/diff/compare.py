@@ -44,11 +44,11 @@ def compare_programs(a: Program, b: Program, tolerance_mm: float, tolerance_deg:
                 differences.append(_unpaired(x, y))
                 continue
             compared += 1
-            found = _compare((a, x, events_a.get(x.key, [])), (b, y, events_b.get(y.key, [])))
-            most_mm, most_deg = max(most_mm, found.distance_mm or 0.0), max(most_deg, found.angle_deg or 0.0)
-            far = (found.distance_mm or 0.0) > tolerance_mm or (found.angle_deg or 0.0) > tolerance_deg
-            if far or found.conf or found.arguments:
-                differences.append(found)
+            changes = _compare((a, x, events_a.get(x.key, [])), (b, y, events_b.get(y.key, [])))
+            most_mm, most_deg = max(most_mm, changes.distance_mm or 0.0), max(most_deg, changes.angle_deg or 0.0)
+            far = (changes.distance_mm or 0.0) > tolerance_mm or (changes.angle_deg or 0.0) > tolerance_deg
+            if far or changes.conf or changes.arguments:
+                differences.append(changes)
     differences += compare_statements(a, b, paired)
     differences += compare_declarations(a, b)
     return ProgramDiff(tuple(differences), compared, most_mm, most_deg, tolerance_mm, tolerance_deg)
@@ -71,11 +71,11 @@ def _ranks(partners: Sequence[MotionStatement | None]) -> Ranks:
 
 def _unpaired(x: MotionStatement | None, y: MotionStatement | None) -> Difference:
     """The difference for a statement of one program only: ``x`` was removed, or ``y`` was added; the other is None."""
-    there = x or y
-    assert there is not None
+    present = x or y
+    assert present is not None
     kind: Literal["added", "removed"] = "removed" if x else "added"
     lines = x.line if x else None, y.line if y else None
-    return Difference(kind, "motion", _place(there), there.instruction, *lines)
+    return Difference(kind, "motion", _place(present), present.instruction, *lines)
 
 
 def _place(statement: MotionStatement) -> str:
@@ -195,8 +195,8 @@ def _roles_by_value(program: Program, statement: MotionStatement, events: Sequen
 
     def declared(name: str) -> bool:
         """Whether a name means declared or predefined data or a parameter of the statement's routine."""
-        found = program.declaration(name, statement.module, statement.routine)
-        return found is not None or name in PREDEFINED or name in parameters
+        declaration = program.declaration(name, statement.module, statement.routine)
+        return declaration is not None or name in PREDEFINED or name in parameters
 
     unknown = {
         argument.role
@@ -212,9 +212,9 @@ def _arguments(x: MotionStatement, y: MotionStatement) -> dict[str, tuple[str, s
         {(a.role, [b.role for b in s.arguments[:k]].count(a.role)): a.text for k, a in enumerate(s.arguments)}
         for s in (x, y)
     )
-    found = {}
+    arguments = {}
     for role, at in dict.fromkeys([*ours, *theirs]):
         p, q = ours.get((role, at)), theirs.get((role, at))
         if (p is None) != (q is None) or (p is not None and q is not None and words(p) != words(q)):
-            found[role] = (p if p is not None else "", q if q is not None else "")
-    return found
+            arguments[role] = (p if p is not None else "", q if q is not None else "")
+    return arguments

@@ -45,12 +45,12 @@ def pair_motions(
         Pairs in order; None in place of the partner of a statement that was added or removed.
     """
     ours, theirs = _described(a, events_a), _described(b, events_b)
-    found: list[Pair] = []
+    pairs: list[Pair] = []
     for (i, j), (k, m) in pairwise([(-1, -1), *_anchors(ours.keys, theirs.keys), (len(a), len(b))]):
-        found += ((i + 1 + x if x is not None else None, j + 1 + y if y is not None else None)
+        pairs += ((i + 1 + x if x is not None else None, j + 1 + y if y is not None else None)
                   for x, y in _between(ours.part(i + 1, k), theirs.part(j + 1, m)))  # fmt: skip
-        found.append((k, m))
-    return [(None if x is None else a[x], None if y is None else b[y]) for x, y in found[:-1]]
+        pairs.append((k, m))
+    return [(None if x is None else a[x], None if y is None else b[y]) for x, y in pairs[:-1]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,23 +164,23 @@ def cheapest_pairs(
     taken[0] = 2
     for i in range(1, n + 1):
         column = band + i
-        inside, outside = (column >= 1) & (column <= m), (column < 0) | (column > m)
+        inside, beyond = (column >= 1) & (column <= m), (column < 0) | (column > m)
         pair = np.full(width, np.inf)
         first, last = max(1, band[0] + i), min(m, band[-1] + i)
         if first <= last:
             pair[inside] = row[inside] + costs(i - 1, slice(first - 1, last))
         removed = np.append(row[1:], np.inf) + ALONE
         best = np.minimum(pair, removed)
-        best[outside] = np.inf
+        best[beyond] = np.inf
         row = np.minimum.accumulate(best - step) + step
-        row[outside] = np.inf
+        row[beyond] = np.inf
         added = np.append(np.inf, row[:-1]) + ALONE
         # Of two ways that cost the same: pairs, then what was removed before what was added.
         taken[i] = np.where(pair <= row + 1e-12, 0, np.where(added <= row + 1e-12, 2, 1))
-    found: list[tuple[int | None, int | None]] = []
+    pairs: list[tuple[int | None, int | None]] = []
     i, j = n, m
     while i or j:
         choice = taken[i, j - i - low]
-        found.append((i - 1 if choice != 2 else None, j - 1 if choice != 1 else None))
+        pairs.append((i - 1 if choice != 2 else None, j - 1 if choice != 1 else None))
         i, j = i - (choice != 2), j - (choice != 1)
-    return found[::-1]
+    return pairs[::-1]

@@ -95,7 +95,7 @@ def _unpaired_routines(a: Program, b: Program) -> Iterator[tuple[Literal["added"
 
 def _rows(program: Program) -> dict[str, list[_Row]]:
     """Statements that do not move the arm, by routine key in text order; a handler begins with the row ``handler``."""
-    found: dict[str, list[_Row]] = {}
+    rows_by_name: dict[str, list[_Row]] = {}
     for routine in program.all_routines():
         rows: list[_Row] = []
         before = 0
@@ -104,8 +104,8 @@ def _rows(program: Program) -> dict[str, list[_Row]]:
                 rows.append(_Row(("handler",), routine.source.row(body[0].span[0]) if body else 0, before))
             before = _add_rows(program, routine, body, before, rows)
         if rows:
-            found.setdefault(routine.key, []).extend(rows)
-    return found
+            rows_by_name.setdefault(routine.key, []).extend(rows)
+    return rows_by_name
 
 
 def _add_rows(program: Program, routine: Routine, body: Sequence[Statement], before: int, rows: list[_Row]) -> int:

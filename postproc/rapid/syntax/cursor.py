@@ -40,11 +40,11 @@ class Cursor:
 
     def peek(self) -> tuple[bytes, int, int]:
         """The next word in lower case, its begin and its end, without moving; an empty word if something else comes."""
-        found = patterns.WORD.match(self.data, self.at)
-        if found is None:
+        match = patterns.WORD.match(self.data, self.at)
+        if match is None:
             at = skip(self.data, self.at, self.end)
             return b"", at, at
-        return found[1].lower(), found.start(1), found.end(1)
+        return match[1].lower(), match.start(1), match.end(1)
 
     def semicolon(self) -> None:
         """Move behind a ``;`` if one comes next (some files have one after ENDIF)."""
@@ -57,8 +57,8 @@ class Cursor:
 
         It ends without one at the next line that begins a routine, block, declaration or motion (``HARD_STOP``).
         """
-        found = patterns.TO_SEMICOLON.match(self.data, start)
-        end = found.end() if found else start
+        match = patterns.TO_SEMICOLON.match(self.data, start)
+        end = match.end() if match else start
         if self.data.find(b"\n", start, end) >= 0:
             stop = patterns.HARD_STOP.search(self.data, start, end + 1)
             if stop is not None:
@@ -102,8 +102,8 @@ class Cursor:
         Args:
             pattern: matches the text before the keyword (`patterns.up_to`); length: letters of the keyword.
         """
-        found = pattern.match(self.data, at)
-        end = found.end() if found else at
+        match = pattern.match(self.data, at)
+        end = match.end() if match else at
         hit = end < self.end and self.data[end : end + 1] != b";"
         if hit:
             self.at = end + length

@@ -37,15 +37,17 @@ class FileReader(StatementReader):
             module = patterns.MODULE_HEAD.match(self.data, start) if word == b"module" else None
             inside = module is not None or word in ITEM_WORDS
             if stray is not None and (inside or (modules and start >= self.end)):
-                told = "text outside a module is not loaded by the controller and is kept as it stands"
-                self.report("RAP015", "warning", told, (stray, self.at), "delete it if it was left behind by mistake")
+                message = "text outside a module is not loaded by the controller and is kept as it stands"
+                self.report(
+                    "RAP015", "warning", message, (stray, self.at), "delete it if it was left behind by mistake"
+                )
                 stray = None
             if module is not None:
                 modules.append(self.module_at(module))
             elif inside:
-                told = "data or routines stand outside a MODULE"
+                message = "data or routines stand outside a MODULE"
                 help_ = "put them between MODULE and ENDMODULE; the controller does not load them otherwise"
-                self.report("RAP004", "warning", told, (start, end), help_)
+                self.report("RAP004", "warning", message, (start, end), help_)
                 modules.append(self.items("", (start, start), ()))
             elif start >= self.end:
                 return modules
@@ -121,14 +123,14 @@ class FileReader(StatementReader):
             if word == b"endrecord":
                 self.at = end
                 break
-            found = patterns.FIELD.match(self.data, self.at)
-            if found is None:
+            match = patterns.FIELD.match(self.data, self.at)
+            if match is None:
                 self.opaque(start)
                 if start >= self.end:
                     break
                 continue
-            fields.append((text(found[2]).lower(), text(found[1]).lower()))
-            self.at = found.end()
+            fields.append((text(match[2]).lower(), text(match[1]).lower()))
+            self.at = match.end()
         return Record(text(name), tuple(fields))
 
     def routine_at(self, item: int, start: int, scope: str) -> Routine | None:
@@ -159,8 +161,8 @@ class FileReader(StatementReader):
                 self.semicolon()
                 break
             elif word in BLOCK_ENDS:
-                told, help_ = "closes nothing in", "check the IF, FOR, WHILE and TEST blocks of this routine"
-                self.report("RAP006", "error", f"`{text(word.upper())}` {told} `{name}`", (begin, end), help_)
+                message, help_ = "closes nothing in", "check the IF, FOR, WHILE and TEST blocks of this routine"
+                self.report("RAP006", "error", f"`{text(word.upper())}` {message} `{name}`", (begin, end), help_)
                 self.at = end
                 body += self.block()
             else:
@@ -185,15 +187,15 @@ def parameters(head: bytes) -> tuple[RoutineParameter, ...]:
     Returns:
         Parameters in text order; those after ``|`` are optional if the first one has the backslash.
     """
-    found: list[RoutineParameter] = []
+    parameters_read: list[RoutineParameter] = []
     optional = False
     for item in patterns.PARAMETER.finditer(head):
         optional = bool(item[2]) or (item[1] == b"|" and optional)
         kind = text(item[4]).lower()
         rank = item[6].count(b",") + 1 if item[6] else 0
         mode = "SWITCH" if kind == "switch" else text(item[3] or b"").upper()
-        found.append(RoutineParameter(text(item[5]).lower(), kind, mode, optional, rank))
-    return tuple(found)
+        parameters_read.append(RoutineParameter(text(item[5]).lower(), kind, mode, optional, rank))
+    return tuple(parameters_read)
 
 
 def parse(source: Source) -> tuple[list[Module], list[Diagnostic]]:

@@ -91,8 +91,8 @@ def listed(data: bytes, start: int, end: int) -> tuple[tuple[int, int], ...]:
     spans = []
     at = start
     while at < end:
-        found = PART.match(data, at, end)
-        stop = found.end() if found else end
+        match = PART.match(data, at, end)
+        stop = match.end() if match else end
         first = skip(data, at, stop)
         spans.append((first, trimmed(data, first, stop)))
         at = stop + 1
@@ -106,11 +106,11 @@ def trimmed(data: bytes, start: int, end: int) -> int:
         at = start
         last = start
         while at < end:
-            found = TOKEN.match(data, at, end)
-            if found is None:
+            match = TOKEN.match(data, at, end)
+            if match is None:
                 break
-            at = found.end()
-            if not found[1]:
+            at = match.end()
+            if not match[1]:
                 last = at
         return last
     return start + len(piece.rstrip())

@@ -136,14 +136,14 @@ class StatementReader(Cursor):
 
     def close(self, word: bytes, start: int) -> None:
         """Move behind ``word`` (``endif`` or the like), which ends the block begun at ``start``, or report RAP010."""
-        found, _, end = self.peek()
-        if found == word:
+        kind, _, end = self.peek()
+        if kind == word:
             self.at = end
             self.semicolon()
         else:
             opener = text(word[3:].upper())
-            told, span = f"{opener} has no {text(word.upper())}", (start, start + len(opener))
-            self.report("RAP010", "error", told, span, "check the blocks of this routine")
+            message, span = f"{opener} has no {text(word.upper())}", (start, start + len(opener))
+            self.report("RAP010", "error", message, span, "check the blocks of this routine")
 
     def if_at(self, start: int, end: int) -> Statement:
         """Read IF with its branches, or ``IF condition statement``; ``start`` to ``end`` is the span of the word IF."""
@@ -213,8 +213,8 @@ class StatementReader(Cursor):
 
     def test_at(self, start: int, end: int) -> Statement:
         """Read TEST with its cases, opaque if other text precedes them; ``start`` to ``end``: span of the word TEST."""
-        found = TO_TEST_BODY.match(self.data, end)
-        self.at = found.end() if found else end
+        match = TO_TEST_BODY.match(self.data, end)
+        self.at = match.end() if match else end
         subject = self.part(end, self.at)
         branches = []
         while True:
@@ -243,22 +243,22 @@ class StatementReader(Cursor):
             start: where it begins, scope word included; scope: LOCAL, TASK or empty.
         """
         at = skip(self.data, self.at, self.end)
-        found = patterns.DECLARATION.match(self.data, at)
-        if found is None:
+        match = patterns.DECLARATION.match(self.data, at)
+        if match is None:
             self.opaque(start)
             return None
-        end = self.close_statement(start, found.end())
-        init = self.part(found.end(), end) if found[5] else None
+        end = self.close_statement(start, match.end())
+        init = self.part(match.end(), end) if match[5] else None
         dims: tuple[Span, ...] = ()
-        if found[4]:
-            inner = self.data[found.start(4) + 1 : found.end(4) - 1]
-            offset = found.start(4) + 1
+        if match[4]:
+            inner = self.data[match.start(4) + 1 : match.end(4) - 1]
+            offset = match.start(4) + 1
             spans = []
             for part in inner.split(b","):
                 spans.append((offset, offset + len(part)))
                 offset += len(part) + 1
             dims = tuple(spans)
         return Declaration(
-            self.source, (start, self.at), self.module, self.routine, scope, text(found[1]).upper(),
-            text(found[2]).lower(), text(found[3]), dims, init,
+            self.source, (start, self.at), self.module, self.routine, scope, text(match[1]).upper(),
+            text(match[2]).lower(), text(match[3]), dims, init,
         )  # fmt: skip

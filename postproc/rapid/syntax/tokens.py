@@ -50,14 +50,14 @@ SKIP = re.compile(many(BLANK + rb"|" + COMMENT))
 
 def tokenize(data: bytes, start: int = 0, end: int | None = None) -> Iterator[tuple[str, Span]]:
     """Kind and span of every token in ``data[start:end]``; the spans are adjacent and cover everything."""
-    for found in MASTER.finditer(data, start, len(data) if end is None else end):
-        yield found.lastgroup or "other", found.span()
+    for match in MASTER.finditer(data, start, len(data) if end is None else end):
+        yield match.lastgroup or "other", match.span()
 
 
 def skip(data: bytes, at: int, end: int) -> int:
     """Offset of the first byte at or after ``at`` that is neither blank nor comment (at most ``end``)."""
-    found = SKIP.match(data, at, end)
-    return found.end() if found else at
+    match = SKIP.match(data, at, end)
+    return match.end() if match else at
 
 
 def number_text(data: bytes, span: Span) -> str:
@@ -83,9 +83,9 @@ def names_at(source: Source, span: Span) -> Iterator[tuple[str, Span]]:
 
     Components, option names, words in strings and comments, and the argument of Dim are left out.
     """
-    for found in _WORDS.finditer(source.data, *span):
-        if found[2] and not found[1]:
-            yield found[2].decode("latin-1").lower(), found.span(2)
+    for match in _WORDS.finditer(source.data, *span):
+        if match[2] and not match[1]:
+            yield match[2].decode("latin-1").lower(), match.span(2)
 
 
 def word_set(text: str) -> frozenset[str]:

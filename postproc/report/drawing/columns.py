@@ -17,8 +17,8 @@ STEPS = 65_000  # of a packed column between its smallest and its largest value
 def exact(values: ArrayLike) -> dict[str, Any]:
     """Encode an array for a page's scripts: floats in single precision, whole numbers in 32 bits."""
     array = np.asarray(values)
-    whole = array.dtype.kind in "biu"
-    return _column(array.astype("<i4" if whole else "<f4"), "i4" if whole else "f4")
+    integral = array.dtype.kind in "biu"
+    return _column(array.astype("<i4" if integral else "<f4"), "i4" if integral else "f4")
 
 
 def packed(values: ArrayLike) -> dict[str, Any]:
@@ -27,8 +27,8 @@ def packed(values: ArrayLike) -> dict[str, Any]:
     known = np.isfinite(array)
     low, high = (float(array[known].min()), float(array[known].max())) if known.any() else (0.0, 0.0)
     step = (high - low) / STEPS or 1.0
-    whole = np.where(known, np.round((np.where(known, array, low) - low) / step) + 1, 0)  # 0 is NaN
-    return {**_column(whole.astype("<u2"), "u2"), "low": low - step, "step": step}
+    steps = np.where(known, np.round((np.where(known, array, low) - low) / step) + 1, 0)  # 0 is NaN
+    return {**_column(steps.astype("<u2"), "u2"), "low": low - step, "step": step}
 
 
 def _column(array: np.ndarray, kind: str) -> dict[str, Any]:

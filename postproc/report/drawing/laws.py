@@ -60,12 +60,12 @@ def laws_of(fit: Fit, keys: Iterable[str]) -> list[Law]:
         keys: of the effects; those that the model lacks have no curve.
     """
     state, named = fit.problem.sensitivity.state, fit_channels(fit)
-    found = []
+    laws = []
     for key in keys:
         effect = fit.model.effect(key)
         if effect is not None and not effect.is_null and not effect.missing(state):
-            found += _laws(fit, effect, state, named)
-    return found
+            laws += _laws(fit, effect, state, named)
+    return laws
 
 
 def law_charts(laws: Iterable[Law]) -> list[str]:
@@ -92,7 +92,7 @@ def _laws(fit: Fit, effect: Effect, state: State, named: dict[str, Array]) -> li
         moved = torques(effect, state)
     # What is the same in all rows differs by rounding.
     size = np.where(np.ptp(moved, axis=0) > 1e-9 * np.abs(moved).max(axis=0), moved.std(axis=0), 0.0)
-    found = []
+    laws = []
     for k in np.argsort(-size, kind="stable")[:MOST]:
         channel = _channel(effect, int(k), moved[:, k], named) if size[k] > 0 else None
         if size[k] < MINOR * size.max() or channel is None:
@@ -100,8 +100,8 @@ def _laws(fit: Fit, effect: Effect, state: State, named: dict[str, Array]) -> li
         curve = _curve(fit, effect, state, (channel, named[channel]), partial(_thousandths, loads=loads, k=int(k)))
         y = moved[:, k] if loads else 1e3 * (moved[:, k] + _residual(fit, int(k)))
         where, unit = (f"{TORQUE} on joint {k + 1}", "N m") if loads else place_name(int(k))
-        found.append(Law(effect.key, where, unit, channel, named[channel], y, curve))
-    return found
+        laws.append(Law(effect.key, where, unit, channel, named[channel], y, curve))
+    return laws
 
 
 def coordinates(effect: Effect, state: State) -> Array:
@@ -150,15 +150,17 @@ def _channel(effect: Effect, k: int, values: Array, named: dict[str, Array]) -> 
         k: coordinate of the values; its own joint's channel comes first among equals.
     """
     read = [PREFIXES.get(name, name) for name in effect.reads]
-    own = [c for c in named if c in read or (c[:-1] in read and c[-1:].isdigit()) or (c[:1] == "f" and "f" in read)]
+    channels = [
+        c for c in named if c in read or (c[:-1] in read and c[-1:].isdigit()) or (c[:1] == "f" and "f" in read)
+    ]
     best, least = None, FOLLOWS
     # At a joint its own channel comes first among those that explain as much.
-    for channel in sorted(own, key=lambda c: c[-1:] != str(k + 1)):
+    for channel in sorted(channels, key=lambda c: c[-1:] != str(k + 1)):
         y = values[np.lexsort((values, named[channel]))]
         spread = float(np.sum((y - y.mean()) ** 2))
-        rest = float(np.sum(np.diff(y) ** 2)) / (2 * spread) if spread > 0 else 1.0
-        if rest < 0.8 * least:
-            best, least = channel, rest
+        scatter = float(np.sum(np.diff(y) ** 2)) / (2 * spread) if spread > 0 else 1.0
+        if scatter < 0.8 * least:
+            best, least = channel, scatter
     return best
 
 
@@ -191,15 +193,15 @@ def _curve(
         return np.asarray(seen(e, swept).reshape(len(at), -1).mean(axis=1))
 
     y, x = law(effect), effect.vector()
-    mine = [(column, i) for column, (key, i) in enumerate(fit.parameters) if key == effect.key]
-    slopes = np.zeros((len(at), len(mine)))
-    for m, (_, i) in enumerate(mine):
+    columns = [(column, i) for column, (key, i) in enumerate(fit.parameters) if key == effect.key]
+    slopes = np.zeros((len(at), len(columns)))
+    for m, (_, i) in enumerate(columns):
         step = 1e-3 * float(effect.scale()[i])
         nudged = x.copy()
         nudged[i] += step
         slopes[:, m] = (law(effect.with_vector(nudged)) - y) / step
-    index = [column for column, _ in mine]
-    covariance = fit.covariance[np.ix_(index, index)] if mine else np.zeros((0, 0))
+    index = [column for column, _ in columns]
+    covariance = fit.covariance[np.ix_(index, index)] if columns else np.zeros((0, 0))
     sigma = np.sqrt(np.maximum(np.einsum("nm,mk,nk->n", slopes, covariance, slopes), 0.0))
     return DrawnCurve(at, y, sigma)
 
@@ -239,5 +241,5 @@ def _residual(fit: Fit, k: int) -> Array:
         return np.full(len(error), np.nan)
     known = np.isfinite(error)
     lever = fit.problem.sensitivity.matrix[:, :3, k] * known
-    found = np.sum(lever * np.nan_to_num(error), axis=1) / (np.sum(lever**2, axis=1) + DAMPING**2)
-    return np.where(known.any(axis=1), found, np.nan)
+    projected = np.sum(lever * np.nan_to_num(error), axis=1) / (np.sum(lever**2, axis=1) + DAMPING**2)
+    return np.where(known.any(axis=1), projected, np.nan)

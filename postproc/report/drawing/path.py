@@ -42,9 +42,9 @@ class Places:
     after: Array
 
 
-def path_data(found: Conversion) -> Values:
+def path_data(conversion: Conversion) -> Values:
     """Return what the page draws of a conversion with a plan: encoded columns of numbers, targets and lines of text."""
-    judged, model = found.judged, found.model
+    judged, model = conversion.judged, conversion.model
     assert judged is not None and model is not None
     plan, before, after = judged.plan, judged.before, judged.after
     assert plan is not None and before is not None and after is not None
@@ -57,7 +57,7 @@ def path_data(found: Conversion) -> Values:
     length = np.cumsum(curves.length)
     speed = np.abs(timeline.at(timeline.v, place)) / robot.speed
     correction = _interpolated(sampled, plan.exact.q - samples.q, place)
-    statements = {outcome.statement.key: i for i, outcome in enumerate(found.outcomes)}
+    statements = {outcome.statement.key: i for i, outcome in enumerate(conversion.outcomes)}
     return {
         "places": {
             "move": exact(of),
@@ -79,8 +79,8 @@ def path_data(found: Conversion) -> Values:
             "tolerance": packed(1e3 * plan.path_tolerance),
         },
         "largest": _largest(judged, moves),
-        "targets": [_target(outcome.statement) for outcome in found.outcomes],
-        "sources": _sources(found),
+        "targets": [_target(outcome.statement) for outcome in conversion.outcomes],
+        "sources": _sources(conversion),
         # Where the arm stands in the frame of the work, which a track or a positioner moves.
         "base": None if mounts.T_base_frame is None else exact(invert(mounts.T_base_frame)[:, :3].reshape(len(of), 12)),
         # A stationary tool stands still, and the path is drawn on the work that the arm carries, without the arm.
@@ -200,7 +200,7 @@ def _target(statement: MotionStatement) -> str:
     return text if len(text) <= LONGEST else f"{text[: LONGEST - 1]}\N{HORIZONTAL ELLIPSIS}"
 
 
-def _sources(found: Conversion) -> dict[str, list[str]]:
+def _sources(conversion: Conversion) -> dict[str, list[str]]:
     """Return the lines of every file that may change, by its path."""
-    sources = {o.statement.source.path: o.statement.source for o in found.outcomes}
+    sources = {o.statement.source.path: o.statement.source for o in conversion.outcomes}
     return {path: source.data.decode("latin-1").splitlines() for path, source in sources.items()}

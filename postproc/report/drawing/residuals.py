@@ -48,9 +48,9 @@ class Channels:
 
     def charts(self, fit: Fit) -> list[str]:
         """Return the charts of these channels for a fit of the same rows, on the same axes."""
-        found = {(t.channel, t.where): t for t in residual_trends(fit)}
+        trends = {(t.channel, t.where): t for t in residual_trends(fit)}
         ranges = {(channel, where): across for channel, where, across in self.places}
-        known = [(found[place], across) for place, across in ranges.items() if place in found]
+        known = [(trends[place], across) for place, across in ranges.items() if place in trends]
         draw = _Charts.of(fit)
         return [draw.chart(trend, across) for trend, across in known]
 
@@ -66,14 +66,14 @@ def channel_sections(
         title: of the first section. first: (channel, place) that are in it in any case, before the others.
         folded: the first section stays empty, all channels are in the folded one.
     """
-    asked = set(first)
+    chosen = set(first)
 
     @cache
     def charts() -> tuple[list[str], list[str]]:
         """Return the charts of the first section and of the second."""
-        trends = _best(sorted(residual_trends(fit), key=lambda t: (t.channel, t.where) not in asked))
+        trends = _best(sorted(residual_trends(fit), key=lambda t: (t.channel, t.where) not in chosen))
         draw = _Charts.of(fit)
-        out = [t for t in trends if t.share >= STANDS_OUT or (t.channel, t.where) in asked]
+        out = [t for t in trends if t.share >= STANDS_OUT or (t.channel, t.where) in chosen]
         rest = [t for t in trends if t not in out]
         shown, hidden = ([], trends) if folded else (out, rest)
         return [draw.chart(t) for t in shown], [draw.chart(t) for t in hidden]
@@ -99,12 +99,12 @@ def suspect_chart(fit: Fit, suspect: Suspect, noise: float | None) -> str:
     if suspect.channel not in named or suspect.values.ndim > 1 or not ours:
         return ""
     linear, sizes = fit.linear, suspect_size(fit, suspect)
-    rest = fit.problem.weights.measured(linear.rest - linear.project(suspect.columns(fit.problem)) @ sizes)
+    residual = fit.problem.weights.measured(linear.rest - linear.project(suspect.columns(fit.problem)) @ sizes)
     ways = sizes[: suspect.place.shape[2]]
     along = ways / np.linalg.norm(ways) if len(ways) > 1 else np.ones(1)
     lever = (suspect.place[:, :3] @ along) * np.isfinite(fit.problem.error[:, :3])
     square = (lever**2).sum(axis=1)
-    taken = (lever * np.nan_to_num(rest[:, :3])).sum(axis=1) / (square + DAMPING**2)
+    taken = (lever * np.nan_to_num(residual[:, :3])).sum(axis=1) / (square + DAMPING**2)
     shown = (ways @ along) * suspect.values + taken
     direction = f", along ({', '.join(f'{x:z.1f}' for x in along)})" if len(along) > 1 else ""
     unit, factor = unit_of(suspect.channel)

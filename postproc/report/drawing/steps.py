@@ -117,9 +117,9 @@ def _in_base(fit: Fit, rows: Array) -> tuple[Array, Array]:
         rows: (k,) indices of the measurements.
     """
     error = np.nan_to_num(fit.position_error[rows])
-    rest = fit.problem.rest
-    error = np.einsum("nji,nj->ni", rest.R_instrument_base[rows], error)
-    return error, rest.T_base_tcp[rows, :3, 3]
+    equilibrium = fit.problem.rest
+    error = np.einsum("nji,nj->ni", equilibrium.R_instrument_base[rows], error)
+    return error, equilibrium.T_base_tcp[rows, :3, 3]
 
 
 def _sample_program(model: Model, fit: Fit, rows: Array) -> list[Values]:

@@ -144,12 +144,12 @@ def axis_positions(cell: Cell, units: tuple[str, ...], extax: Array) -> Array:
         units: names of those of the task, as each task has its own axes a to f; the columns of other axes are NaN.
     """
     stated = np.asarray(extax, dtype=float).reshape(-1, 6)
-    found = np.full(stated.shape, np.nan)
+    positions = np.full(stated.shape, np.nan)
     for letter, joint in cell.joints(units).items():
         column = stated[:, LETTERS.index(letter)]
         scale = 1e-3 if joint.kind == "linear" else np.pi / 180.0
-        found[:, LETTERS.index(letter)] = np.where(column < NO_AXIS, scale * column, np.nan)
-    return found
+        positions[:, LETTERS.index(letter)] = np.where(column < NO_AXIS, scale * column, np.nan)
+    return positions
 
 
 def moved(joint: Joint, positions: Array) -> Array:

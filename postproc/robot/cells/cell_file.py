@@ -130,7 +130,7 @@ def stated_axes(station: Station) -> list[dict[str, Any]]:
     axis that follows another one of its unit. A unit that only follows another one is stated as carrying nothing.
     """
     zero, work = np.zeros((1, 6)), set(station.cell.below(station.work))
-    arm, found = set(station.cell.below(station.cell_arm.unit)), list[dict[str, Any]]()
+    arm, axes = set(station.cell.below(station.cell_arm.unit)), list[dict[str, Any]]()
     for name in sorted(station.units, key=lambda unit: len(station.cell.below(unit))):
         unit, frames = station.cell.unit(name), station.axis_frames(zero)
         on = next(
@@ -139,8 +139,8 @@ def stated_axes(station: Station) -> list[dict[str, Any]]:
         if unit.unknown:
             continue
         follows = all(joint.leader is not None for joint in unit.joints)
-        own = [joint for joint in unit.joints if joint.axis is not None and (follows or joint.leader is None)]
-        for k, joint in enumerate(own):
+        moving = [joint for joint in unit.joints if joint.axis is not None and (follows or joint.leader is None)]
+        for k, joint in enumerate(moving):
             T = frames[str(joint.axis)][0][0]
             scale = 1e-3 if joint.kind == "linear" else np.pi / 180.0
             entry: dict[str, Any] = {"axis": joint.axis, "kind": joint.kind}
@@ -152,8 +152,8 @@ def stated_axes(station: Station) -> list[dict[str, Any]]:
             }
             if joint.lower is not None and joint.upper is not None:
                 entry["limits"] = [round(float(x) / scale, 6) for x in (joint.lower, joint.upper)]
-            found.append(entry | ({"speed": round(float(joint.speed) / scale, 6)} if joint.speed else {}))
-    return found
+            axes.append(entry | ({"speed": round(float(joint.speed) / scale, 6)} if joint.speed else {}))
+    return axes
 
 
 def restated(station: Station) -> Station:
@@ -163,7 +163,7 @@ def restated(station: Station) -> Station:
         PostprocError: KIN016, it is not known where the arm stands.
     """
     if not station.placed:
-        why = "; ".join(found.message for found in station.findings) or "a unit of it cannot be read"
+        why = "; ".join(finding.message for finding in station.findings) or "a unit of it cannot be read"
         help_ = "describe what carries it in a TOML file (docs/my-cell.md)"
         raise PostprocError.of("KIN016", f"nobody can tell where the arm stands: {why}", help=help_)
     axes = [ExternalAxis(**entry) for entry in stated_axes(station)]
@@ -181,22 +181,22 @@ def _parents(axes: Sequence[ExternalAxis], source: Source) -> dict[str, str | No
         PostprocError: KIN016, an axis twice, a parent that is not described before or is another than the axis before
             it in its unit, or limits in the wrong order.
     """
-    found: dict[str, str | None] = {}
+    parents: dict[str, str | None] = {}
     last: dict[str, str] = {}
     for i, axis in enumerate(axes):
-        if axis.axis in found:
+        if axis.axis in parents:
             raise _wrong(f"eax_{axis.axis} is described twice", source, i, "axis")
         parent = last.get(axis.name.lower(), axis.parent)
-        if parent is not None and parent not in found:
+        if parent is not None and parent not in parents:
             raise _wrong(
                 f"eax_{parent}, on which eax_{axis.axis} stands, is not described before it", source, i, "parent"
             )
         if axis.parent is not None and parent != axis.parent:
             raise _wrong(f"eax_{axis.axis} stands on eax_{parent}, the axis before it in its unit", source, i, "parent")
-        found[axis.axis], last[axis.name.lower()] = parent, axis.axis
+        parents[axis.axis], last[axis.name.lower()] = parent, axis.axis
         if axis.limits is not None and not axis.limits[0] < axis.limits[1]:
             raise _wrong(f"eax_{axis.axis}: the lower limit is not below the upper one", source, i, "limits")
-    return found
+    return parents
 
 
 def _carrier(axes: Sequence[ExternalAxis], below: dict[str, str | None], source: Source) -> ExternalAxis | None:

@@ -48,8 +48,8 @@ class Station:
     @property
     def findings(self) -> tuple[Diagnostic, ...]:
         """Diagnostics of the cell about this arm or a unit of its task."""
-        own = {name.lower() for name in (self.arm, *self.units)}
-        return tuple(finding for name, finding in self.cell.findings if name.lower() in own)
+        names = {name.lower() for name in (self.arm, *self.units)}
+        return tuple(finding for name, finding in self.cell.findings if name.lower() in names)
 
     @property
     def cell_arm(self) -> CellArm:
@@ -75,8 +75,8 @@ class Station:
     def work(self) -> str | None:
         """Name of the task's unit at whose end work stands; None where no unit carries any, or where several do."""
         arm = self.cell.below(self.cell_arm.unit)
-        own = {name.lower() for name in self.units if name.lower() not in arm and not _idle(self.cell.unit(name))}
-        ends = own - {below for name in own for below in self.cell.below(name)[1:]}
+        names = {name.lower() for name in self.units if name.lower() not in arm and not _idle(self.cell.unit(name))}
+        ends = names - {below for name in names for below in self.cell.below(name)[1:]}
         return self.cell.unit(ends.pop()).name if len(ends) == 1 else None
 
     def sides(self, unit: str | None) -> dict[str, int]:
@@ -85,11 +85,11 @@ class Station:
         Axes that move both or neither are left out.
         """
         arm, work = (set(self.cell.below(name)) for name in (self.cell_arm.unit, unit))
-        found: dict[str, int] = {}
+        sides: dict[str, int] = {}
         for name in self.units:
             side = (name.lower() in arm) - (name.lower() in work)
-            found |= {joint.axis: side for joint in self.cell.unit(name).joints if joint.axis and side}
-        return found
+            sides |= {joint.axis: side for joint in self.cell.unit(name).joints if joint.axis and side}
+        return sides
 
     def axis_frames(self, positions: Array) -> dict[str, tuple[Array, Array]]:
         """Return by axis the frames T_base_axis (n, 4, 4) right before and right after its motion, at positions (n, 6).
@@ -100,11 +100,11 @@ class Station:
         at_zero, found = self._joint_frames(np.zeros((1, 6))), {}
         for axis, frames in self._joint_frames(positions).items():
             joint, R = self.joints[axis], at_zero[axis][0][0, :3, :3]
-            own = np.eye(4)
+            identity = np.eye(4)
             if not np.allclose(joint.direction, joint.way) and np.isfinite(R).all():
                 stated, _ = Rotation.align_vectors([R @ joint.direction], [joint.way])
-                own[:3, :3] = R.T @ stated.as_matrix()
-            found[axis] = frames[0] @ own, frames[1] @ own
+                identity[:3, :3] = R.T @ stated.as_matrix()
+            found[axis] = frames[0] @ identity, frames[1] @ identity
         return found
 
     def _joint_frames(self, positions: Array) -> dict[str, tuple[Array, Array]]:
@@ -144,19 +144,19 @@ class Station:
                 else self.world(unit.parent, positions)
             )
             T = T @ unit.T_parent_base
-        found = [(T, T)]
+        frames = [(T, T)]
         stated = self._stated(name, positions)
         for joint in unit.joints:
-            before = found[-1][1] @ joint.T_before
-            found.append((before, before @ moved(joint, stated)))
-        return found
+            before = frames[-1][1] @ joint.T_before
+            frames.append((before, before @ moved(joint, stated)))
+        return frames
 
     def _stated(self, name: str, positions: Array) -> Array:
         """Return the axis positions (n, 6) [m], [rad] of a unit: ``positions`` for the task's own, else `standing`.
 
         NaN where nobody states any.
         """
-        if name.lower() in {own.lower() for own in self.units}:
+        if name.lower() in {unit.lower() for unit in self.units}:
             return positions
         at = axis_positions(self.cell, (name,), np.array(self.standing.get(name.lower(), (NO_AXIS,) * 6)))
         return np.broadcast_to(at, positions.shape)
