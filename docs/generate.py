@@ -65,7 +65,7 @@ def commands_page() -> str:
 
 def files_page() -> str:
     """Keys of every kind of file that people write, and where its JSON Schema is."""
-    from postproc.schemas import KINDS
+    from postproc.schemas import SCHEMA_KINDS
 
     lines = ["# Files: keys and JSON Schemas", "", "Generated from the declarations by which the files are read.", ""]
     lines += [
@@ -73,7 +73,7 @@ def files_page() -> str:
         "",
     ]
     for kind, schema in _schemas().items():
-        lines += [f"## {kind}", "", f"{KINDS[kind][1]}: [schema](pages/schema/{kind}.json)", ""]
+        lines += [f"## {kind}", "", f"{SCHEMA_KINDS[kind][1]}: [schema](pages/schema/{kind}.json)", ""]
         lines += ["| key | value | meaning |", "|---|---|---|"]
         lines += [f"| `{key}` | {words} | {text} |" for key, words, text in key_rows(schema, schema.get("$defs", {}))]
         lines.append("")
@@ -81,9 +81,9 @@ def files_page() -> str:
 
 
 def _schemas() -> dict[str, dict[str, Any]]:
-    from postproc.schemas import KINDS, schema_of
+    from postproc.schemas import SCHEMA_KINDS, schema_of
 
-    return {kind: schema_of(kind) for kind in KINDS}
+    return {kind: schema_of(kind) for kind in SCHEMA_KINDS}
 
 
 def effects_page() -> str:

@@ -58,7 +58,7 @@ __all__ = [
 ]
 BASE = ("instrument_frame", "tool_frame", "joint_offset", "joint_compliance")
 """Effects that are fitted where none are named."""
-_TYPES = {
+_EXPORTS = {
     "Model": "postproc.model.arm",
     "Options": "postproc.compensation.options",
     "PostprocError": "postproc.diagnostics",
@@ -78,8 +78,8 @@ _DOCUMENTS = {
 
 def __getattr__(name: str) -> Any:
     """The types of the API, loaded where they are first asked for."""
-    if name in _TYPES:
-        return getattr(import_module(_TYPES[name]), name)
+    if name in _EXPORTS:
+        return getattr(import_module(_EXPORTS[name]), name)
     raise AttributeError(f"module `postproc` has no attribute `{name}`")
 
 

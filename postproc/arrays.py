@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 GRAVITY = 9.81
 """Acceleration [m/s^2] by which every mass weighs (on the ground it is 9.780 to 9.832): fitted weights hold with it."""
-SAME = 2e-3
+SAME_PLACE_RAD = 2e-3
 """Angles [rad] that are readings of one place differ by no more."""
 BLOCK = 2000
 """Poses or instants taken at once: their arrays stay in the processor's cache."""
@@ -55,7 +55,7 @@ def finest(angle: Array) -> float:
     On a grid, order n and order 2 pi / step - n are the same wave (Nyquist). Angles within 2 mrad count as one.
     """
     steps = np.diff(np.sort(angle))
-    return float(np.pi / np.min(steps[steps > SAME], initial=np.inf))
+    return float(np.pi / np.min(steps[steps > SAME_PLACE_RAD], initial=np.inf))
 
 
 def blocks(n: int, size: int = 0) -> Iterator[slice]:

@@ -17,9 +17,9 @@ from pathlib import Path, PurePosixPath
 from postproc.diagnostics import Diagnostic, Matter, PostprocError, Source
 
 SPACE = "make space, or write elsewhere"
-LARGEST = 64_000_000
+LARGEST_FILE_BYTES = 64_000_000
 """Bytes of a file that is read: twenty times the largest program, table or model that is known."""
-KINDS = {stat.S_IFIFO: "a pipe", stat.S_IFCHR: "a device", stat.S_IFBLK: "a device", stat.S_IFSOCK: "a socket"}
+FILE_KINDS = {stat.S_IFIFO: "a pipe", stat.S_IFCHR: "a device", stat.S_IFBLK: "a device", stat.S_IFSOCK: "a socket"}
 MISREAD = {
     FileNotFoundError: ("CLI002", "there is no file `{}`", "check the spelling and the folder"),
     IsADirectoryError: ("CLI003", "`{}` is a folder", "name one file"),
@@ -43,14 +43,16 @@ def read_file(name: str | Path) -> bytes:
         if stat.S_ISDIR(status.st_mode):
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(name))
         if not stat.S_ISREG(status.st_mode):
-            kind = KINDS.get(stat.S_IFMT(status.st_mode), "no regular file")
+            kind = FILE_KINDS.get(stat.S_IFMT(status.st_mode), "no regular file")
             raise OSError(errno.EINVAL, f"it is {kind}, and only regular files are read", str(name))
         with open(name, "rb") as file:
-            data = file.read(LARGEST + 1)  # files of the system state no size
+            data = file.read(LARGEST_FILE_BYTES + 1)  # files of the system state no size
     except ValueError:  # NUL, half of a surrogate pair
         raise OSError(errno.EINVAL, "no file can have that name", str(name)) from None
-    if len(data) > LARGEST:
-        raise OSError(errno.EFBIG, f"it is larger than {LARGEST // 1_000_000} MB, the most that is read", str(name))
+    if len(data) > LARGEST_FILE_BYTES:
+        raise OSError(
+            errno.EFBIG, f"it is larger than {LARGEST_FILE_BYTES // 1_000_000} MB, the most that is read", str(name)
+        )
     return data
 
 

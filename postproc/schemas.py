@@ -26,12 +26,12 @@ TYPES: Mapping[str, type | tuple[type, ...]] = {"integer": int, "number": (int, 
 
 
 def schema_of(kind: str) -> dict[str, Any]:
-    """Return the JSON Schema (draft 2020-12) of one kind of file, a key of `KINDS`.
+    """Return the JSON Schema (draft 2020-12) of one kind of file, a key of `SCHEMA_KINDS`.
 
     Raises:
         KeyError: there is no such kind.
     """
-    declared, title = KINDS[kind]
+    declared, title = SCHEMA_KINDS[kind]
     schema = declared.model_json_schema(by_alias=True, schema_generator=_DescribedSchema)
     if declared is ModelFile:
         _with_effects(schema)
@@ -106,7 +106,7 @@ def _limits(low: float, high: float) -> dict[str, float]:
     return {name: value for name, value in named.items() if np.isfinite(value)}
 
 
-KINDS: Mapping[str, tuple[type[BaseModel], str]] = {
+SCHEMA_KINDS: Mapping[str, tuple[type[BaseModel], str]] = {
     "model": (ModelFile, "model of a real arm"),
     "settings": (SettingsFile, "postproc.toml"),
     "jobs": (JobsFile, "jobs of a batch"),

@@ -19,7 +19,7 @@ from postproc.numbers import LARGEST_NUMBER
 Keys = tuple[str | int, ...]
 Schema = TypeVar("Schema", bound=BaseModel)
 
-MISTAKES = {
+TOML_MISTAKES = {
     "Cannot declare": "a table stands twice: put its lines together under one of the two heads",
     "Cannot overwrite": "a key stands twice: take one of the two out",
     "Invalid statement": "a line is `[table]`, `key = value` or `# comment`",
@@ -28,18 +28,18 @@ MISTAKES = {
     "Expected newline": "one value stands on a line; numbers have a decimal point and end with a digit, 5.0",
 }
 """What is commonly meant by text that is not TOML, by how the reader's message begins."""
-WRITTEN = "commas stand between the values of a list, quotes around words; numbers have a decimal point"
-LARGEST = 2_000_000
+WRITTEN_HINT = "commas stand between the values of a list, quotes around words; numbers have a decimal point"
+LARGEST_TOML_BYTES = 2_000_000
 """Bytes of a TOML file: a model of a thousand fitted parameters has less than half of it."""
 FARTHEST = 1e7
 """Millimetres: ten kilometres."""
 MOST_FINDINGS = 50
-MOST_PARTS = 50
+MOST_KEY_PARTS = 50
 """Parts of a dotted key: the reader's memory grows with their square."""
 _KEY = r"(?:[A-Za-z0-9_-]+|\"[^\"\n]*\"|'[^'\n]*')"
 _HEADER = re.compile(rf"[ \t]*(\[\[?)[ \t]*({_KEY}(?:[ \t]*\.[ \t]*{_KEY})*)[ \t]*\]\]?")
 _DEEP = re.compile(
-    rf"(?<![A-Za-z0-9_-])(?:(?:[A-Za-z0-9_-]++|\"[^\"\n]*+\"|'[^'\n]*+')[ \t]*+\.[ \t]*+){{{MOST_PARTS}}}"
+    rf"(?<![A-Za-z0-9_-])(?:(?:[A-Za-z0-9_-]++|\"[^\"\n]*+\"|'[^'\n]*+')[ \t]*+\.[ \t]*+){{{MOST_KEY_PARTS}}}"
 )
 _PAIR = re.compile(rf"[ \t]*({_KEY}(?:[ \t]*\.[ \t]*{_KEY})*)[ \t]*=[ \t]*")
 MOST_SHOWN = 60  # characters of a value that does not fit
@@ -83,14 +83,16 @@ def parse_toml(source: Source, code: str) -> dict[str, Any]:
     Raises:
         PostprocError: at the place where the file is not TOML.
     """
-    if len(source.data) > LARGEST:
-        text = f"the file has {len(source.data) / 1e6:.1f} MB, and at most {LARGEST / 1e6:g} are read as TOML"
+    if len(source.data) > LARGEST_TOML_BYTES:
+        text = (
+            f"the file has {len(source.data) / 1e6:.1f} MB, and at most {LARGEST_TOML_BYTES / 1e6:g} are read as TOML"
+        )
         raise PostprocError.of(code, text, source, help="name the file that was meant")
     try:
         text = source.data.decode("utf-8-sig")
         if deep := _DEEP.search(text):
             at = len(text[: deep.start()].encode())
-            message, help_ = f"a key has more than {MOST_PARTS} parts", "give tables fewer levels"
+            message, help_ = f"a key has more than {MOST_KEY_PARTS} parts", "give tables fewer levels"
             raise PostprocError.of(code, message, source, (at, at + 1), help_)
         return tomllib.loads(text)
     except UnicodeDecodeError as error:
@@ -107,7 +109,7 @@ def parse_toml(source: Source, code: str) -> dict[str, Any]:
             help_ = "name the TOML file that was meant; programs are named without an option"
             raise PostprocError.of(code, "this is a RAPID program, not a TOML file", source, (0, 1), help_) from error
         said = str(error)
-        help_ = next((meant for start, meant in MISTAKES.items() if said.startswith(start)), WRITTEN)
+        help_ = next((meant for start, meant in TOML_MISTAKES.items() if said.startswith(start)), WRITTEN_HINT)
         finding = Diagnostic(code, "error", f"not TOML: {said}", source, _error_span(source, said), help_)
         raise PostprocError(finding) from error
     except (ValueError, RecursionError) as error:  # a number of thousands of digits, brackets a thousand deep

@@ -25,7 +25,7 @@ from postproc.cli.run import run as run_command
 from postproc.diagnostics import PostprocError, Source
 from postproc.effects.registry import BUILT_IN
 from postproc.model.file import parse_model, read_model
-from postproc.schemas import KINDS, schema_of
+from postproc.schemas import SCHEMA_KINDS, schema_of
 
 ROOT = Path(__file__).resolve().parent.parent
 SHIPPED = ("py.typed", "templates/header.j2", "samples/hull_seam.mod", "docs/diagnostics/CLI.md", "robot/arms/ur5.toml")
@@ -203,12 +203,12 @@ def test_findings_as_sarif(tmp_path: Path) -> None:
     assert check_sarif(json.loads(missing.stdout))[0]["ruleId"] == "CLI002"
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", SCHEMA_KINDS)
 def test_schemas_are_schemas(kind: str) -> None:
     Draft202012Validator.check_schema(schema_of(kind))
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", SCHEMA_KINDS)
 def test_every_key_says_what_it_means(kind: str) -> None:
     schema = schema_of(kind)
     parts = [schema, *schema.get("$defs", {}).values()]

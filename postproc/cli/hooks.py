@@ -25,7 +25,7 @@ from postproc.cli.run import BAD_INPUT, guarded, run
 from postproc.diagnostics import PostprocError
 from postproc.rapid.program.program import ENDINGS
 
-OWN = ("--programs", "--approved", "--sarif")
+OWN_OPTIONS = ("--programs", "--approved", "--sarif")
 CHECKED = frozenset({".mod", ".prg", ".modx"})
 """Endings of programs, which are looked for in a folder; system modules are lent to them."""
 
@@ -70,7 +70,7 @@ def _every(name: str, own: dict[str, Path], rest: list[str]) -> int:
 def _own_options(words: Sequence[str]) -> tuple[dict[str, Path], list[str]]:
     """Split the words of a command line into this script's options, by name, and all others."""
     parser = ArgumentParser(add_help=False, allow_abbrev=False, argument_default=SUPPRESS)
-    for option in OWN:
+    for option in OWN_OPTIONS:
         parser.add_argument(option, dest=option, type=Path, nargs="?")
     own, rest = parser.parse_known_args(words)
     return {option: path for option, path in vars(own).items() if path is not None}, rest

@@ -77,8 +77,8 @@ def short_names(*compared: str | Path) -> str:
 
 def _stdin(read_only: bool) -> Source:
     """Read stdin; CLI004 where it is larger than 64 MB."""
-    data = sys.stdin.buffer.read(files.LARGEST + 1)
-    if len(data) > files.LARGEST:
-        text = f"stdin holds more than {files.LARGEST // 1_000_000} MB, the most that is read"
+    data = sys.stdin.buffer.read(files.LARGEST_FILE_BYTES + 1)
+    if len(data) > files.LARGEST_FILE_BYTES:
+        text = f"stdin holds more than {files.LARGEST_FILE_BYTES // 1_000_000} MB, the most that is read"
         raise PostprocError.of("CLI004", text, help="give less")
     return Source(STDIN, data, read_only)

@@ -20,10 +20,10 @@ from postproc.report.document import to_json
 COLORS = {"error": "\x1b[1;31m", "warning": "\x1b[1;33m", "info": "\x1b[1;36m"}
 RESET = "\x1b[0m"
 STDIN = "<stdin>"  # what `-` on the command line is called
-MOST = {"error": 10, "warning": 3, "info": 3}
+MOST_SHOWN = {"error": 10, "warning": 3, "info": 3}
 """Findings of one code and wording that are printed in full: each error has to be mended."""
 NARROWEST = 40  # columns; on narrower terminals nothing is wrapped
-LISTED = 12  # lines that are named of the findings that are not printed
+MOST_LISTED_PLACES = 12  # lines that are named of the findings that are not printed
 VERBOSE: ContextVar[bool] = ContextVar("VERBOSE", default=False)
 """Whether every finding is printed in full, ``--verbose``."""
 
@@ -43,7 +43,7 @@ def show(diagnostics: Iterable[Diagnostic]) -> None:
     colored = sys.stderr.isatty() and not os.environ.get("NO_COLOR")
     for (code, severity, _), group in groups.items():
         found = list(group.values())
-        most = len(found) if VERBOSE.get() else MOST[severity]
+        most = len(found) if VERBOSE.get() else MOST_SHOWN[severity]
         for d in found[:most]:
             text = d.render(width)  # which is fit for a terminal
             print_aside(_colored(text, d) if colored else text)
@@ -57,7 +57,7 @@ def _lines(found: Sequence[Diagnostic]) -> str:
     if not places or len({path for path, _ in places}) > 1:
         return ""
     lines = list(dict.fromkeys(line for _, line in places))
-    listed = ", ".join(map(str, lines[:LISTED])) + (", .." if len(lines) > LISTED else "")
+    listed = ", ".join(map(str, lines[:MOST_LISTED_PLACES])) + (", .." if len(lines) > MOST_LISTED_PLACES else "")
     return f" in line{'s' * (len(lines) > 1)} {listed}"
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from postproc.batch.summary import finding_line, result_line
 from postproc.batch.values import TaskOutcome
-from postproc.cli.printing import MOST, print_aside, say, width_of
+from postproc.cli.printing import MOST_SHOWN, print_aside, say, width_of
 from postproc.diagnostics import Matter, PostprocError, visible
 from postproc.grouping import grouped
 
@@ -51,10 +51,10 @@ class Reporter:
         # Somebody's own work was put aside: that is told whatever became of the program.
         told = [f for f in outcome.findings if f.matter is Matter.EDITED or (failed and f.severity == "error")]
         for code, found in grouped((f.code, f) for f in told).items():
-            for finding in found[: MOST["error"]]:
+            for finding in found[: MOST_SHOWN["error"]]:
                 self._say(f"  {finding_line(finding)}")
-            if len(found) > MOST["error"]:
-                self._say(f"  {code}: {len(found) - MOST['error']} more like this")
+            if len(found) > MOST_SHOWN["error"]:
+                self._say(f"  {code}: {len(found) - MOST_SHOWN['error']} more like this")
 
     def _say(self, text: str) -> None:
         """Print a line, over the line that shows the progress."""

@@ -18,7 +18,7 @@ from postproc.files import SPACE
 if TYPE_CHECKING:
     from cyclopts import App
 
-MISTAKES = {
+USAGE_MISTAKES = {
     r'"-?\d+,\d+" into float': "numbers have a decimal point: 0.01",
     r"(nothing takes `|Unknown option: )-?\d": "a list has commas and no spaces: 200,-200,-200",
     "Unknown option: --(check|diff)": "they belong to `postproc compensate`; `postproc diff` compares two folders",
@@ -104,7 +104,7 @@ def _call(app: App, arguments: Sequence[str]) -> object:
             text = "nothing takes " + ", ".join(f"`{token}`" for token in error.unused_tokens or ())
         command = arguments[0] if arguments and arguments[0] in app else "COMMAND"
         usage = f"`postproc {command} --help` lists what is allowed"
-        help_ = next((said for mistake, said in MISTAKES.items() if re.search(mistake, text)), "")
+        help_ = next((said for mistake, said in USAGE_MISTAKES.items() if re.search(mistake, text)), "")
         text = text.partition(" Did you mean")[0] if help_ else text
         raise PostprocError.of("CLI001", text, help=help_ or usage) from None
 

@@ -17,7 +17,7 @@ from postproc.robot.configuration import confdata, outside_quadrants
 from postproc.robot.inverse import COMPLIANT
 
 OTHER_ARM = 0.2  # [rad] of axes 1 to 3 between two shoulders or elbows: no correction turns them that far
-BENT = np.radians(6.0)  # |q5| from which on no correction turns axes 4 and 6 by ``OTHER_WRIST`` [rad]
+BENT_RAD = np.radians(6.0)  # |q5| from which on no correction turns axes 4 and 6 by ``OTHER_WRIST`` [rad]
 OTHER_WRIST = 1.0
 NEARBY = np.radians(15.0)  # that axes turn between a circle point and the nearest sample
 
@@ -38,7 +38,7 @@ def unfit_confdata(robot: Robot, plan: CorrectionPlan, ran: Samples, owner: Inde
     selected = ran.q[ran.goal]
     unfit = comes & (np.abs(ran.q_reached - selected).max(axis=1) > OTHER_POSTURE) & (added | fitted[owner])
     change = np.abs(selected - np.array([move.q for move in programmed.moves])[owner])
-    bent = np.abs(np.sin(selected[:, 4])) > np.sin(BENT)
+    bent = np.abs(np.sin(selected[:, 4])) > np.sin(BENT_RAD)
     other = (change[:, :3].max(axis=1) > OTHER_ARM) | (bent & (change[:, 3:].max(axis=1) > OTHER_WRIST))
     unfit |= ~added & other
     moves = [(ran.moves[j], programmed.moves[owner[j]]) for j in np.flatnonzero(unfit)]

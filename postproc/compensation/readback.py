@@ -29,7 +29,7 @@ from postproc.rapid.program.program import Program, read_again
 from postproc.robot.cells.station import Station
 from postproc.watch import Watch, told_of
 
-MOST = 2000  # events of the written program that are looked at together
+MOST_EVENTS = 2000  # events of the written program that are looked at together
 
 
 def run_again(
@@ -261,13 +261,13 @@ def _edges(pieces: Sequence[Pieces], u: Array) -> dict[int, tuple[float, ...]]:
 
 
 def _parts(events: Sequence[MotionEvent]) -> Iterator[tuple[int, int]]:
-    """Ranges [a, b) of ``MOST`` events or a few more, cut between motions with the same tool, load and weld state."""
+    """Ranges [a, b) of ``MOST_EVENTS`` events or a few more, cut between motions of one tool, load and weld state."""
     # Nor does a way that goes on from an earlier event (``resumes_from``) lead from one part into another.
     back = [i if e.resumes_from is None else e.resumes_from for i, e in enumerate(events)]
     earliest = np.minimum.accumulate(back[::-1])[::-1]
     begin = 0
-    for i in range(MOST, len(events)):
-        if i - begin >= MOST and earliest[i - 1] >= i - 1 and _goes_on(events[i - 1], events[i]):
+    for i in range(MOST_EVENTS, len(events)):
+        if i - begin >= MOST_EVENTS and earliest[i - 1] >= i - 1 and _goes_on(events[i - 1], events[i]):
             yield begin, i
             begin = i
     yield begin, len(events)

@@ -33,7 +33,7 @@ from postproc.diagnostics import PostprocError
 from postproc.effects.contract import Displacement, Load, State
 from postproc.effects.files import FieldProblem, check_table, restore
 from postproc.effects.parameters import META, Layout, Parameter, Structure, broadcast, layout_of, param, structure
-from postproc.effects.roles import FRAMES, Role
+from postproc.effects.roles import FRAME_ROLES, Role
 from postproc.effects.run_time import RunTimeTables
 from postproc.robot.arm import Robot
 
@@ -273,7 +273,7 @@ class Effect:
     @property
     def is_frame(self) -> bool:
         """Whether it is the constant frame of the instrument or of the tool."""
-        return self.role in FRAMES
+        return self.role in FRAME_ROLES
 
     @property
     def is_null(self) -> bool:

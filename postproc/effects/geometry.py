@@ -52,7 +52,7 @@ def turned(matrix: Array, vectors: Array) -> Array:
     return np.asarray((matrix @ vectors[:, :, None])[:, :, 0])
 
 
-FAR = 2.0
+FAR_M = 2.0
 """Centres farther than this from the origin of their body [m] are no compact masses."""
 
 Mass = tuple[float | Array, Array]
@@ -89,5 +89,5 @@ def weight(state: State, body: int, masses: Sequence[Mass], T_body_part: Array |
 
 def _over(mass: Array, first_moment: Array) -> Array:
     """Return (n, 1) one over a mass, or nearly zero where its centre is beyond 2 m: m^3 / (m^4 + (f / far)^4)."""
-    least = (np.linalg.norm(first_moment, axis=1, keepdims=True) / FAR) ** 4
+    least = (np.linalg.norm(first_moment, axis=1, keepdims=True) / FAR_M) ** 4
     return np.asarray(mass**3 / np.maximum(mass**4 + least, 1e-300))

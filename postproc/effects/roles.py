@@ -20,5 +20,5 @@ class Role(Enum):
     CARRIED_MASS = "carried mass"
 
 
-FRAMES = (Role.INSTRUMENT_FRAME, Role.TOOL_FRAME)
+FRAME_ROLES = (Role.INSTRUMENT_FRAME, Role.TOOL_FRAME)
 """Constant frames: any place of instrument and tool is as likely as another."""

@@ -10,7 +10,7 @@ from postproc.arrays import Array
 from postproc.effects.contract import State
 from postproc.estimation.solution import Solution
 
-UNITS: Mapping[str, tuple[str, float]] = {
+CHANNEL_UNITS: Mapping[str, tuple[str, float]] = {
     "q": ("deg", 180 / np.pi),
     "v": ("deg/s", 180 / np.pi),
     "a": ("deg/s^2", 180 / np.pi),
@@ -78,7 +78,7 @@ def varies(values: Array) -> bool:
 
 def unit_of(channel: str) -> tuple[str, float]:
     """Return the unit in which people read a channel such as ``q2`` ("" if unknown), and the factor from SI to it."""
-    return UNITS.get(channel.rstrip("0123456789"), ("", 1.0))
+    return CHANNEL_UNITS.get(channel.rstrip("0123456789"), ("", 1.0))
 
 
 def shown(channel: str, value: float) -> str:

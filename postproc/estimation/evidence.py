@@ -6,11 +6,11 @@ import numpy as np
 
 from postproc.arrays import Array
 
-CLOSE = 2 * float(np.log(50))
+CLOSE_EVIDENCE = 2 * float(np.log(50))
 """Log evidence by which one explanation must lead to be told from another: odds of 50 to 1."""
 DECADES = (0.1, 1.0, 10.0, 100.0)
 """A size that is not known beforehand is taken at each of these times what is ordinary: its prior is flat over them."""
-NOTHING = 1e-12
+ROUNDING_SHARE = 1e-12
 """Share of the sum of squares below which none is left, whatever rounding says."""
 
 
@@ -33,7 +33,7 @@ def log_evidence(before: float, after: Array | float, freedom: float, informatio
     """
     if information.shape[-1] > freedom - 1:
         return np.full(np.shape(after), -np.inf)
-    gained = freedom * np.log(before / np.maximum(after, NOTHING * before))
+    gained = freedom * np.log(before / np.maximum(after, ROUNDING_SHARE * before))
     return np.asarray(gained - np.sum(np.log1p(information), axis=-1))
 
 

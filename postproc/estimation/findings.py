@@ -13,7 +13,7 @@ from postproc.estimation.recorded import recorded_model
 from postproc.measure.checks.repeats import Noise, estimate_noise
 from postproc.measure.errors import distances
 from postproc.measure.measurements import Measurements
-from postproc.measure.significance import CHANCE, DOUBTFUL, chance_of_excess
+from postproc.measure.significance import CHANCE, DOUBTFUL_CHANCE, chance_of_excess
 from postproc.measure.trajectory import is_record
 from postproc.model.uncertainty import predict_sigma
 from postproc.numbers import mm
@@ -23,7 +23,7 @@ SCARCE = 3.0
 TOO_LOUD, FEW = 5.0, 20
 """No noise is so many times what a fit with so many numbers to spare leaves."""
 
-SHOWN = 9
+MOST_ROWS_NAMED = 9
 """Rows that are named beside the one that stands out most."""
 
 
@@ -34,7 +34,7 @@ def data_findings(fit: Fit) -> list[Diagnostic]:
     """
     found = [*some_of_many(fit.data), *too_loud(fit), *one_path(fit)]
     own, stated, unit = larger_noise(fit), fit.noise, fit.observed.unit
-    if own is not stated and chance_of_excess(_ratio(own, stated), own.dof, np.inf) < DOUBTFUL:
+    if own is not stated and chance_of_excess(_ratio(own, stated), own.dof, np.inf) < DOUBTFUL_CHANCE:
         message = (
             f"the repeats scatter by {1e3 * (own.sigma or 0):.3f} {unit} per {fit.observed.each}, more than the stated "
             f"noise of {1e3 * (stated.sigma or 0):.3f} {unit}"
@@ -51,8 +51,8 @@ def data_findings(fit: Fit) -> list[Diagnostic]:
             f"{fit.data.name(rows[0])} lies {size[rows[0]]:.2f} {unit} from the fitted model, more than noise explains"
         )
         if others := [fit.data.name(i) for i in rows[1:]]:
-            more = [f"{len(others) - SHOWN} more"] if len(others) > SHOWN else []
-            message += f"; so do {joined([*others[:SHOWN], *more])}"
+            more = [f"{len(others) - MOST_ROWS_NAMED} more"] if len(others) > MOST_ROWS_NAMED else []
+            message += f"; so do {joined([*others[:MOST_ROWS_NAMED], *more])}"
         help_ = "measure the row again; it may be a bad reading, or the one that shows a missing effect"
         found.append(Diagnostic("DAT025", "warning", message, *fit.data.where(rows[0]), help_))
     return found

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.estimation.evidence import CLOSE
+from postproc.estimation.evidence import CLOSE_EVIDENCE
 from postproc.estimation.excess import excess_variance
 from postproc.estimation.leftover import Leftover, split_residual
 from postproc.estimation.posterior import Posterior, posterior_of
@@ -117,7 +117,7 @@ class Fit(Solution):
         if not self.drafted:
             return 0.0
         numbers = self.serial * self.informative * len(self.problem.residual)
-        return float(np.sqrt(CLOSE * self.overconfidence * self._square / numbers))
+        return float(np.sqrt(CLOSE_EVIDENCE * self.overconfidence * self._square / numbers))
 
     @cached_property
     def posterior(self) -> Posterior:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 
-FEWEST = 10
+FEWEST_BLOCKS = 10
 """Blocks that are left out one after another."""
 
 
@@ -77,7 +77,7 @@ def contiguous_blocks(groups: NDArray[np.int_]) -> NDArray[np.int_]:
     """
     _, first, index = np.unique(groups, return_index=True, return_inverse=True)
     rank = np.argsort(np.argsort(first))
-    count = min(max(FEWEST, len(first) // 25), len(first))
+    count = min(max(FEWEST_BLOCKS, len(first) // 25), len(first))
     return np.asarray(rank[index] * count // len(first))
 
 
@@ -93,7 +93,7 @@ def neighbouring_blocks(groups: NDArray[np.int_], q: Array) -> NDArray[np.int_]:
     _, first, index = np.unique(groups, return_index=True, return_inverse=True)
     poses = q[first]
     parts = [np.arange(len(poses))]
-    while len(parts) < min(FEWEST, len(poses)):
+    while len(parts) < min(FEWEST_BLOCKS, len(poses)):
         parts.sort(key=len)
         whole = parts.pop()
         order = whole[np.argsort(poses[whole, np.argmax(np.std(poses[whole], axis=0))], kind="stable")]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.estimation.evidence import CLOSE, schwarz
+from postproc.estimation.evidence import CLOSE_EVIDENCE, schwarz
 from postproc.estimation.linear import Linear
 from postproc.estimation.problem import Problem
 from postproc.measure.trajectory import is_record
@@ -44,7 +44,7 @@ def record_share(problem: Problem, plain: Linear, stopped: Sequence[Array]) -> f
     count = without.parameters - plain.parameters
     freedom = new * len(plain.residual) - count
     earned = schwarz(plain.square, without.square, count, freedom)
-    return new if earned > CLOSE else share(plain)
+    return new if earned > CLOSE_EVIDENCE else share(plain)
 
 
 def serial_share(errors: Array) -> float:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
 from postproc.effects.registry import effect_in_role
-from postproc.effects.roles import FRAMES, Role
+from postproc.effects.roles import FRAME_ROLES, Role
 from postproc.estimation.fitted import Fit
 from postproc.estimation.priors import prior_of
 from postproc.estimation.problem import Problem, Weights, make_weights
@@ -31,10 +31,10 @@ from postproc.watch import Watch, unwatched
 FIRST = ("instrument_frame", "session", "tool_frame", "joint_offset", "joint_compliance")
 LAST = ("link_geometry",)
 """Where two parameters do the same, the effect that stands later is held: frames before offsets before geometry."""
-PLAIN = Terms()
-ROWS = 20_000
+PLAIN_TERMS = Terms()
+MOST_ROWS_FITTED = 20_000
 """Rows that are fitted at most. Each costs 25 kB while a fit lasts, and so many leave nothing uncertain."""
-POSES = 100
+THINNED_POSES = 100
 """Poses that are left where repeats stay together; where fewer would, some of the repeats of all are taken."""
 
 
@@ -44,7 +44,7 @@ def fit_model(
     effects: Sequence[Effect] = (),
     *,
     noise: float | None = None,
-    terms: Terms = PLAIN,
+    terms: Terms = PLAIN_TERMS,
     watch: Watch = unwatched,
 ) -> Fit:
     """Fit all effects of a model, and further ones, on measured poses, starting from the model's present values.
@@ -71,14 +71,14 @@ def fit_model(
 
 
 def _thinned(data: Measurements) -> Measurements:
-    """Return the data, thinned evenly to about `ROWS` rows where it has more.
+    """Return the data, thinned evenly to about `MOST_ROWS_FITTED` rows where it has more.
 
     Whole poses with all their repeats are left out where enough poses remain, single rows otherwise.
     """
-    if len(data) <= ROWS:
+    if len(data) <= MOST_ROWS_FITTED:
         return data
-    step = -(-len(data) // ROWS)
-    many = int(data.repeats.max()) > POSES * step
+    step = -(-len(data) // MOST_ROWS_FITTED)
+    many = int(data.repeats.max()) > THINNED_POSES * step
     kept = data.one_in(step) if many else np.arange(len(data)) % step == 0
     return replace(data.rows(kept), whole=data.whole or len(data))
 
@@ -199,7 +199,7 @@ def _evaluated(model: Model, data: Measurements, noise: float | None) -> Fit:
         noise: standard deviation per axis [m] stated by the user; None for that of the data.
     """
     figures = estimate_noise(data, model.robot, noise)
-    frames = FRAMES[:1] if data.tool_known else FRAMES
+    frames = FRAME_ROLES[:1] if data.tool_known else FRAME_ROLES
     lacking: list[Effect] = [effect_in_role(role).null() for role in frames if model.in_role(role) is None]
     whole = model.with_effects(*lacking, *model.effects)
     problem = start_frames(Problem(whole, data, make_weights(data, figures)))

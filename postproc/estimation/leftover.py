@@ -20,7 +20,7 @@ NUMBERS = 450
 """Measured numbers that are looked at: 150 positions, or 75 poses of six encoders."""
 WIDTHS = (0.03, 0.1, 0.3, 1.0)
 """Lengths over which a free function changes, as shares of a channel's range."""
-OWN = {"q": WIDTHS, "load": WIDTHS[1:], "v": WIDTHS[2:], "dir": WIDTHS[2:3]}
+FIELD_WIDTHS = {"q": WIDTHS, "load": WIDTHS[1:], "v": WIDTHS[2:], "dir": WIDTHS[2:3]}
 """Channels by which a joint may move itself, and the lengths that they can carry."""
 SLOW = ("temperature", "time", "session")
 
@@ -166,7 +166,7 @@ def _processes(fit: Solution, rows: NDArray[np.int_], used: NDArray[np.bool_]) -
     moves = (J[:, :, :6], J[:, :, INSTRUMENT : INSTRUMENT + 3])
     turn = moves[0]
     anywhere = np.sum([_products(move) / np.sum(move**2) for move in moves if move.any()], axis=0)
-    for kind, widths in OWN.items():
+    for kind, widths in FIELD_WIDTHS.items():
         own = [(j, near[f"{kind}{j + 1}"]) for j in range(6) if f"{kind}{j + 1}" in near]
         for width in widths if own else ():
             yield _scaled(

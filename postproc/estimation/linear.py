@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 
-MANY = 150
+MANY_COLUMNS = 150
 """Columns beyond which the normal equations take the place of QR."""
 
 
@@ -102,7 +102,7 @@ def basis_of(columns: Array, penalty: Array) -> Array:
 def _factored(columns: Array, penalty: Array) -> tuple[Array | None, Array]:
     """Return Q (N, p) and R (p, p) of [A; diag(w)] = [Q; ..] R, R upper triangular.
 
-    Over `MANY` columns go through the normal equations, which is five times as fast as QR and well conditioned by the
+    More than `MANY_COLUMNS` go through the normal equations, five times as fast as QR and well conditioned by the
     penalty: then Q is None, and is A R^-1.
 
     Args:
@@ -111,7 +111,7 @@ def _factored(columns: Array, penalty: Array) -> tuple[Array | None, Array]:
     from scipy.linalg import LinAlgError, cholesky
 
     p = columns.shape[1]
-    if p > MANY:
+    if p > MANY_COLUMNS:
         gram = columns.T @ columns
         gram[np.diag_indices(p)] += penalty**2
         length = _positive(np.sqrt(np.diag(gram)))

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from postproc.diagnostics import PostprocError
-from postproc.effects.roles import FRAMES
+from postproc.effects.roles import FRAME_ROLES
 from postproc.estimation.fitted import Fit
 from postproc.measure.checks.readings import MISMATCH_M
 from postproc.measure.consensus import agreement
 from postproc.measure.errors import distances
-from postproc.measure.measurements import FEWEST
+from postproc.measure.measurements import FEWEST_ROWS_JUDGED
 
 FARTHER, LEAST_M = 1.2, 5e-5
 """So many times as far as the nominal arm, and by so much [m]: least squares give most rows a little away for a few."""
@@ -27,10 +27,10 @@ def no_farther_than_nominal(fit: Fit) -> None:
     Raises:
         PostprocError: DAT009, DAT039.
     """
-    if fit.observed.name != "position" or any(fit.model.in_role(role) is None for role in FRAMES):
+    if fit.observed.name != "position" or any(fit.model.in_role(role) is None for role in FRAME_ROLES):
         return
     agreed = agreement(fit.data, fit.model.robot)
-    if len(agreed.rows) < FEWEST or not agreed.near:
+    if len(agreed.rows) < FEWEST_ROWS_JUDGED or not agreed.near:
         missed = float(np.nanmedian(distances(fit.problem.error[:, :3])))
         if missed > MISMATCH_M:
             message = f"half of the rows lie over {1e3 * missed:.0f} mm from the fitted model: they are not this arm's"

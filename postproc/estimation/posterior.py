@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from postproc.arrays import GRAVITY, Array
 from postproc.effects.contract import State
-from postproc.estimation.priors import HARDLY, is_placed, lognormal_deviation, prior_of
+from postproc.estimation.priors import UNDETERMINED_SHARE, is_placed, lognormal_deviation, prior_of
 from postproc.estimation.solution import Solution
 from postproc.estimation.solving.step import Name
 from postproc.model.uncertainty import derivatives
 
-ELSEWHERE = 100
+POSES_IN_RANGE = 100
 """Poses anywhere between joint limits at which a model is asked for what measured rows do not show."""
 NOTHING, SAME = 1e-7, 0.01
 """Move [m] by a standard deviation that is none, and the share of a parameter's own moves below which the others make
@@ -63,7 +63,7 @@ class Posterior:
     @property
     def undetermined(self) -> tuple[int, ...]:
         """Indices of the parameters of which the rows have said less than half: they stand at their priors."""
-        silent = self.deviations > HARDLY * self.prior
+        silent = self.deviations > UNDETERMINED_SHARE * self.prior
         return tuple(int(i) for i in np.flatnonzero(silent))
 
 
@@ -135,15 +135,15 @@ def posterior_of(fit: Solution, scatter: float) -> Posterior:
 
 
 def anywhere(state: State, low: Array, high: Array) -> State:
-    """Return `ELSEWHERE` states with random joint angles; everything else is that of random rows of a state.
+    """Return `POSES_IN_RANGE` states with random joint angles; everything else is that of random rows of a state.
 
     Args:
         state: whose payloads, times, temperatures .. are used.
         low, high: (6,) limits of the angles [rad].
     """
     random = np.random.default_rng(0)
-    rows = state.rows(random.integers(len(state), size=ELSEWHERE))
-    return rows.with_(q=random.uniform(low, high, (ELSEWHERE, 6)))
+    rows = state.rows(random.integers(len(state), size=POSES_IN_RANGE))
+    return rows.with_(q=random.uniform(low, high, (POSES_IN_RANGE, 6)))
 
 
 def _columns(fit: Solution, names: Sequence[Name]) -> Array:
@@ -243,9 +243,9 @@ def _moves(fit: Solution, names: Sequence[Name], unit: Array, taken: Array) -> t
     low, high = np.clip([robot.lower, robot.upper], -np.pi, np.pi)
     some = anywhere(fit.data.state, low, high)
     if some.approach is not None:  # all rows may have come from one side
-        some = some.with_(approach=some.approach * np.where(np.arange(ELSEWHERE) % 2, -1.0, 1.0)[:, None])
+        some = some.with_(approach=some.approach * np.where(np.arange(POSES_IN_RANGE) % 2, -1.0, 1.0)[:, None])
     # Programs press and pull where a table may have gravity alone.
-    random = np.random.default_rng(1).normal(size=(ELSEWHERE, 6))
+    random = np.random.default_rng(1).normal(size=(POSES_IN_RANGE, 6))
     force = FORCE * GRAVITY * (10.0 if robot.payload is None else robot.payload)
     some = some.with_(wrench=random * np.repeat([force, 0.1 * force], 3))
     D = derivatives(fit.model, some, names)[0] * unit

@@ -14,10 +14,10 @@ from postproc.effects.roles import Role
 from postproc.effects.similarity import ordinary_sizes
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model, StatedPrior
-from postproc.model.scatter import WITHIN_95, stiffness_factors
+from postproc.model.scatter import NORMAL_95, stiffness_factors
 from postproc.model.uncertainty import read_uncertainty
 
-HARDLY = 0.7
+UNDETERMINED_SHARE = 0.7
 """Share of its prior deviation above which a parameter was not determined: rows have said less than half of it."""
 CHANGED = 0.1
 """Share of its first deviation by which an arm may have changed since an earlier table: zeros move, parts wear."""
@@ -55,7 +55,7 @@ def prior_of(effect: Effect, model: Model) -> Prior:
     log = np.full(len(size), effect.role is Role.JOINT_SPRINGS)
     if effect.role is Role.JOINT_SPRINGS:
         value = np.array(size if robot.joint_compliance is None else robot.joint_compliance)
-        spread = np.log(stiffness_factors(robot)) / WITHIN_95
+        spread = np.log(stiffness_factors(robot)) / NORMAL_95
         source = [f"stiffness of the type {robot.name}, {robot.stiffness_source or 'an ordinary size'}"] * len(size)
     else:
         value = np.where(effect.amplitudes(), effect.null_vector(), vector)
@@ -95,7 +95,7 @@ def with_earlier_fit(model: Model, data: Measurements) -> Model:
         first = prior_of(effect.with_vector(effect.null_vector()), model).deviation()
         for i, name in enumerate(effect.names()):
             deviation = sigma.get((effect.key, i), np.inf)
-            if effect.amplitudes()[i] and deviation < HARDLY * first[i]:
+            if effect.amplitudes()[i] and deviation < UNDETERMINED_SHARE * first[i]:
                 wider = float(max(deviation, CHANGED * first[i]))
                 priors[f"{effect.key}.{name}"] = StatedPrior(float(effect.vector()[i]), wider, source)
     return replace(model, priors=priors)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
-from postproc.estimation.evidence import DECADES, NOTHING
+from postproc.estimation.evidence import DECADES, ROUNDING_SHARE
 from postproc.estimation.fitted import Fit
 from postproc.estimation.held_out import neighbouring_blocks
 from postproc.estimation.least_squares import fit_model
@@ -27,7 +27,7 @@ from postproc.model.arm import Model
 SIGNIFICANT = 5e-3
 """Chance of a false alarm allowed for an effect, everything that was tried counted; of 22 poses a stricter one misses
 effects that are there."""
-NEAR = 0.9
+NEARLY_AS_GOOD = 0.9
 """Share of the best evidence from which a rival is fitted in full: columns do not foretell large effects exactly."""
 CLEARLY = 2.0
 """Standard errors over parts of the joint space by which those left out must be predicted better where more than noise
@@ -138,8 +138,8 @@ def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:
     own, same = after.problem.residual, after.problem.weighted(base.problem.weights).residual
     rest = min(after.linear.square + float(same @ same - own @ own), before)
     freedom = base.linear.freedom
-    linear = max(before - candidate.fall, NOTHING * before)
-    gained = freedom * float(np.log(linear / max(rest, NOTHING * before)))
+    linear = max(before - candidate.fall, ROUNDING_SHARE * before)
+    gained = freedom * float(np.log(linear / max(rest, ROUNDING_SHARE * before)))
     effect = after.model.effect(candidate.key) or candidate.effect
     if candidate.curved:
         # The linear evidence belongs to the start, not to where the fit has moved a knee or a compliance.
@@ -223,7 +223,7 @@ def ranking(fit: Fit, screen: Screen) -> list[Candidate]:
     if not within_noise(fit):
         least = max(0.0, 0.5 * max(c.evidence for c in found))
         found = [refit_form(screen, linear, c, least) if c.far else c for c in found]
-    near = max(0.0, NEAR * max(c.evidence for c in found))
+    near = max(0.0, NEARLY_AS_GOOD * max(c.evidence for c in found))
     alone = sum(c.evidence > near for c in found) == 1
     found = [fitted(c) if c.evidence > near and (c.forming or not alone) else c for c in found]
     return sorted((_nested(c, found) for c in found), key=lambda c: -c.evidence)

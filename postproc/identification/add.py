@@ -30,7 +30,7 @@ from postproc.measure.read.columns import columns_of
 from postproc.model.arm import Model
 from postproc.watch import Watch, unwatched
 
-HELPS = 0.005
+LEAST_FALL = 0.005
 """Share by which the held-out error must fall to be called a fall: half a percent is lost in three digits."""
 
 
@@ -235,14 +235,14 @@ def _beside_each_other(final: Fit, added: Sequence[type[Effect]]) -> Fit:
     """Return the fit with each added effect in the form that suits it beside all the others.
 
     The first forms were chosen without the later effects; a form is changed where the held-out error falls by the share
-    `HELPS` at least.
+    `LEAST_FALL` at least.
 
     Args:
         final: the fit with all effects; added: classes of those that were added.
     """
     for cls in added:
         anew = grown(_without(final, cls.key), cls)
-        final = anew if anew.held_out_rms < (1 - HELPS) * final.held_out_rms else final
+        final = anew if anew.held_out_rms < (1 - LEAST_FALL) * final.held_out_rms else final
     return final
 
 

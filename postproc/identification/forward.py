@@ -27,7 +27,7 @@ from postproc.identification.state import SearchState
 from postproc.patterns.place import with_and_without_a_row
 from postproc.patterns.suspects import Suspect
 
-MOST = 6
+MOST_EFFECTS = 6
 """Effects and patterns that are taken at most."""
 PATTERNS = 3
 """Patterns that stand beside one another at most."""
@@ -61,7 +61,7 @@ def forward(state: SearchState, named: bool = True, most: int = PATTERNS) -> Sea
         named: whether effects are tried, or patterns only; most: how many patterns at most.
     """
     refused: set[str] = set()
-    for _ in range(MOST):
+    for _ in range(MOST_EFFECTS):
         ranked = state.ranked if named else []
         best: Candidate | Suspect | None = next((c for c in ranked if c.key not in refused and convincing(c)), None)
         asked = 0.0 if best is None else best.evidence
@@ -110,7 +110,7 @@ def backward(state: SearchState) -> SearchState:
     Where that changed something, the pass begins again with what is left.
     """
     done: set[str] = set()
-    for _ in range(MOST**2):
+    for _ in range(MOST_EFFECTS**2):
         one = next((m for m in state.missing if m.key not in done and m.key not in state.given), None)
         if one is None:
             break

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.effects.base import Effect
 from postproc.effects.similarity import ordinary_sizes
-from postproc.estimation.evidence import DECADES, NOTHING, log_evidence, schwarz
+from postproc.estimation.evidence import DECADES, ROUNDING_SHARE, log_evidence, schwarz
 from postproc.estimation.linear import Linear
 from postproc.estimation.solving.determined import WIDE
 from postproc.identification.candidates.forms import Forms, Stack
@@ -81,7 +81,7 @@ def _gains(linear: Linear, stack: Stack) -> Gain:
     count = seen.sum(axis=1)
     fall = np.minimum(np.sum(part * seen / np.where(seen, value, 1.0), axis=1), before)
     left = freedom - count - forming
-    s2 = np.maximum(before - fall, NOTHING * before) / np.maximum(left, 1.0)
+    s2 = np.maximum(before - fall, ROUNDING_SHARE * before) / np.maximum(left, 1.0)
     worth = np.full(M, -np.inf)
     for decade in DECADES:
         wide = ((WIDE * decade) ** 2 / s2)[:, None]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.estimation.evidence import CLOSE, NOTHING, schwarz
+from postproc.estimation.evidence import CLOSE_EVIDENCE, ROUNDING_SHARE, schwarz
 from postproc.estimation.fitted import Fit
 from postproc.estimation.linear import Linear
 from postproc.identification.candidates.candidate import Candidate
@@ -16,11 +16,11 @@ from postproc.identification.gain import DIM
 
 PARTS, SHARE = 20, 0.7
 """Random parts of the poses that are asked, and how many poses each has."""
-MOST = 8
+MOST_ALTERNATIVES = 8
 """Rivals that are asked, the best by evidence first."""
-TELLING = 9.0
+TELLING_SQUARE = 9.0
 """Square of the deviations by which two effects must differ to be told apart."""
-FREE = 1e-3
+FREE_PENALTY_SHARE = 1e-3
 """Share of its penalty that a free function keeps where it is asked what it could do."""
 
 
@@ -43,10 +43,16 @@ def indistinguishable(
         return float(schwarz(linear.square, linear.square - c.fall, c.count, linear.freedom))
 
     others = [c for c in ranking if c.key != chosen.key and c.evidence > 0]
-    alike = {c.key for c in others if c.evidence > chosen.evidence - CLOSE or plain(c) > plain(chosen) - CLOSE}
+    alike = {
+        c.key
+        for c in others
+        if c.evidence > chosen.evidence - CLOSE_EVIDENCE or plain(c) > plain(chosen) - CLOSE_EVIDENCE
+    }
     alike |= set(contenders(ranking, chosen, before))
     further = [c for c in others if c.key not in alike]
-    beside = Linear(after.problem.residual, after.basis(FREE), after.problem.row) if further else after.linear
+    beside = (
+        Linear(after.problem.residual, after.basis(FREE_PENALTY_SHARE), after.problem.row) if further else after.linear
+    )
     unseen = tuple(c.key for c in further if _hidden(c, before, after, beside))
     return tuple(c.key for c in others if c.key in alike), unseen
 
@@ -72,7 +78,7 @@ def _hidden(candidate: Candidate, before: Fit, after: Fit, beside: Linear) -> bo
     left, turn = np.linalg.eigh(unit.T @ (further.T @ beside.project(further)) @ unit)
     explained = (turn.T @ unit.T @ (alone.T @ before.linear.rest)) ** 2
     # What is no more than noise says nothing: many such directions are not one effect that hides.
-    hidden = (explained > TELLING * after.variance) & (explained * left < TELLING * after.variance)
+    hidden = (explained > TELLING_SQUARE * after.variance) & (explained * left < TELLING_SQUARE * after.variance)
     return bool(explained[hidden].sum() > 0.5 * explained.sum())
 
 
@@ -87,7 +93,9 @@ def contenders(ranking: Sequence[Candidate], chosen: Candidate, before: Fit) -> 
     Args:
         ranking: every effect on the fit without the chosen one; before: that fit.
     """
-    rivals = [c for c in ranking if c.key != chosen.key and c.evidence > 0 and c.effect.roughness() is None][:MOST]
+    rivals = [c for c in ranking if c.key != chosen.key and c.evidence > 0 and c.effect.roughness() is None][
+        :MOST_ALTERNATIVES
+    ]
     if not rivals:
         return []
     asked = [next((c for c in ranking if c.key == chosen.key), chosen), *rivals]
@@ -99,7 +107,7 @@ def contenders(ranking: Sequence[Candidate], chosen: Candidate, before: Fit) -> 
         basis, y = np.linalg.qr(linear.nuisance[kept])[0], linear.residual[kept]
         rest = y - basis @ (basis.T @ y)
         before, falls = float(rest @ rest), [_fall(some[kept], basis, rest) for some in columns]
-        after = np.maximum(before - np.array(falls), NOTHING * before)
+        after = np.maximum(before - np.array(falls), ROUNDING_SHARE * before)
         return np.asarray(np.mean(kept) * linear.freedom * np.log(before / after))
 
     paid = gains(np.ones(len(groups), dtype=bool)) - [c.evidence for c in asked]

@@ -16,19 +16,19 @@ from postproc.estimation.least_squares import evaluate, fit_model
 from postproc.estimation.solving.solve import ROUGHLY, Terms
 from postproc.identification.diagnosis import Diagnosis, Intervention, Level
 from postproc.measure.errors import rms
-from postproc.measure.measurements import FEWEST, Measurements
+from postproc.measure.measurements import FEWEST_ROWS_JUDGED, Measurements
 from postproc.model.arm import Model
 
-MOST = 6
+MOST_LEVELS = 6
 """Values of a channel that are a level each; more of them are parted into three ranges of about as many rows."""
-CHANNELS = ("payload", "temperature", "session", "approach", "region")
+HELD_OUT_CHANNELS = ("payload", "temperature", "session", "approach", "region")
 
 
 def hold_out_levels(found: Diagnosis, channel: str) -> Intervention:
     """Predict each level of a channel by fits to the other levels, with and without the effects that were found.
 
     Args:
-        found: the diagnosis; channel: one of `CHANNELS`.
+        found: the diagnosis; channel: one of `HELD_OUT_CHANNELS`.
 
     Raises:
         PostprocError: DAT036 where the table has no such channel, or only one level of it.
@@ -37,7 +37,9 @@ def hold_out_levels(found: Diagnosis, channel: str) -> Intervention:
     levels = list(_levels(data, channel))
     if len(levels) < 2:
         message = f"`--hold-out {channel}`: the table has {'one level' if levels else 'nothing'} of it"
-        help_ = f"measure at two at least, {FEWEST} rows each; {', '.join(CHANNELS)} can be held out"
+        help_ = (
+            f"measure at two at least, {FEWEST_ROWS_JUDGED} rows each; {', '.join(HELD_OUT_CHANNELS)} can be held out"
+        )
         raise PostprocError.of("DAT036", message, data.source, help=help_)
     keys = [m.key for m in found.missing]
     told = []
@@ -77,13 +79,13 @@ def _predicted(
 
 
 def _levels(data: Measurements, channel: str) -> Iterator[tuple[str, NDArray[np.bool_]]]:
-    """Yield (name, (n,) mask of its rows) of each level of a channel with at least `FEWEST` rows in it and outside.
+    """Yield (name, (n,) mask of its rows) of each level of a channel that has, as its rest, `FEWEST_ROWS_JUDGED` rows.
 
     Args:
-        channel: one of `CHANNELS`.
+        channel: one of `HELD_OUT_CHANNELS`.
     """
     for name, rows in _parts(data, channel):
-        if FEWEST <= rows.sum() <= len(data) - FEWEST:
+        if FEWEST_ROWS_JUDGED <= rows.sum() <= len(data) - FEWEST_ROWS_JUDGED:
             yield name, rows
 
 
@@ -91,7 +93,7 @@ def _parts(data: Measurements, channel: str) -> Iterator[tuple[str, NDArray[np.b
     """Yield (name, (n,) mask of its rows) of each level of a channel; none where the data lacks the channel.
 
     Args:
-        channel: one of `CHANNELS`.
+        channel: one of `HELD_OUT_CHANNELS`.
     """
     state = data.state
     if channel == "session" and state.session is not None:
@@ -116,7 +118,7 @@ def _of_values(values: NDArray[np.float64], unit: str) -> Iterator[tuple[str, ND
         values: (n,) in the unit; unit: for the name, ``kg``.
     """
     some = np.unique(np.round(values, 3))
-    if len(some) <= MOST:
+    if len(some) <= MOST_LEVELS:
         yield from ((f"{value:g} {unit}", np.isclose(values, value, atol=1e-3)) for value in some)
         return
     edges = np.quantile(values, [0.0, 1 / 3, 2 / 3, 1.0])

@@ -12,9 +12,9 @@ from postproc.effects.asking import displacement_of
 from postproc.effects.base import Effect, State
 from postproc.estimation.fitted import Fit
 
-PLACES = 121
+CURVE_POINTS = 121
 """Angles at which a curve is told."""
-NOTHING = 1e-9
+LEAST_TURN_RAD = 1e-9
 """Turn [rad] below which a joint does not follow an angle."""
 
 
@@ -45,11 +45,11 @@ def curves(fit: Fit, key: str) -> Iterator[JointCurve]:
     fitted = np.array([i for name, i in fit.parameters if name == key], dtype=int)
     covariance = fit.covariance[np.ix_(index, index)]
     for k in np.flatnonzero(np.ptp(q, axis=0) > 0):
-        at = np.linspace(q[:, k].min(), q[:, k].max(), PLACES)
-        along = np.tile(np.median(q, axis=0), (PLACES, 1))
+        at = np.linspace(q[:, k].min(), q[:, k].max(), CURVE_POINTS)
+        along = np.tile(np.median(q, axis=0), (CURVE_POINTS, 1))
         along[:, k] = at
-        turn, slope = _turns(effect, fit.data.state.rows(np.zeros(PLACES, dtype=int)).with_(q=along))
-        for j in np.flatnonzero(np.ptp(turn, axis=0) > NOTHING):
+        turn, slope = _turns(effect, fit.data.state.rows(np.zeros(CURVE_POINTS, dtype=int)).with_(q=along))
+        for j in np.flatnonzero(np.ptp(turn, axis=0) > LEAST_TURN_RAD):
             known = slope[:, j, fitted] - slope[:, j, fitted].mean(axis=0)  # offsets take up its mean
             sigma = np.sqrt(np.maximum(np.einsum("np,pq,nq->n", known, covariance, known), 0.0))
             yield JointCurve(int(j) + 1, f"q{k + 1}", at, turn[:, j] - turn[:, j].mean(), sigma)

@@ -10,9 +10,9 @@ from postproc.estimation.problem import weighed_by
 from postproc.measure.checks.repeats import scatters
 from postproc.measure.significance import CHANCE, chance_of_excess
 
-MATTERS = 1.5
+MATTERING_RATIO = 1.5
 """Residual variance over that of the noise below which nobody would notice that more is left."""
-FEWEST = 3
+FEWEST_DEGREES = 3
 """Degrees of freedom of a scatter that is looked at: what few of them say, F allows for."""
 
 
@@ -34,7 +34,9 @@ def lacks_fit(fit: Fit) -> bool | None:
         rounding = fit.noise.rounding
         some = scatters(fit.data, fit.observed_error, fit.model.robot)
         known = [
-            (float(np.hypot(np.sqrt(square), rounding)), dof) for square, dof in some if dof >= FEWEST and square > 0
+            (float(np.hypot(np.sqrt(square), rounding)), dof)
+            for square, dof in some
+            if dof >= FEWEST_DEGREES and square > 0
         ]
     if known:
         return any(_exceeds(fit, sigma, dof, CHANCE / len(known)) for sigma, dof in known)
@@ -57,7 +59,7 @@ def _exceeds(fit: Fit, sigma: float, dof: float, chance: float) -> bool:
     freedom = max(fit.freedom - int(alone.sum()), 1.0)
     square = fit.variance * fit.freedom - float(np.sum(fit.linear.rest[alone] ** 2))
     ratio = square / freedom * (weighed_by(fit.noise) / sigma) ** 2
-    return bool(ratio > MATTERS and chance_of_excess(ratio, freedom, dof) < chance)
+    return bool(ratio > MATTERING_RATIO and chance_of_excess(ratio, freedom, dof) < chance)
 
 
 def _repeatability(fit: Fit) -> float | None:

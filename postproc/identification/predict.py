@@ -18,7 +18,7 @@ from postproc.effects.roles import Role
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import evaluate
 from postproc.estimation.solving.session_laws import session_laws
-from postproc.estimation.solving.start import FEWEST
+from postproc.estimation.solving.start import FEWEST_POSES_TO_PLACE
 from postproc.measure.checks.readings import SUSPICIOUS_M
 from postproc.measure.errors import distances
 from postproc.measure.measurements import Measurements
@@ -27,7 +27,7 @@ from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
 from postproc.model.uncertainty import beyond_range, derivatives, predict_sigma
 
-HEADER = "pose_id,x_mm,y_mm,z_mm,sigma_mm,sigma_measured_mm"
+PREDICTION_HEADER = "pose_id,x_mm,y_mm,z_mm,sigma_mm,sigma_measured_mm"
 
 
 @dataclass(frozen=True)
@@ -48,8 +48,8 @@ class Prediction:
     diagnostics: tuple[Diagnostic, ...] = ()
 
     def as_csv(self) -> str:
-        """Return the prediction as CSV with the columns of ``HEADER`` [mm], one row per input row, empty if unknown."""
-        lines = [HEADER]
+        """Return the prediction as CSV (``PREDICTION_HEADER``), a row for each input row, empty if unknown."""
+        lines = [PREDICTION_HEADER]
         columns = np.column_stack([self.position, self.sigma, self.measured]) * 1e3
         for label, row in zip(self.pose_id, columns, strict=True):
             lines.append(",".join([label, *(f"{x:.5f}" if np.isfinite(x) else "" for x in row)]))
@@ -104,9 +104,9 @@ def _place(model: Model, seen: Measurements) -> Fit:
     Raises:
         PostprocError: DAT035 where these are too few, or stand in line.
     """
-    if len(np.unique(np.round(seen.state.q, 6), axis=0)) < FEWEST:
+    if len(np.unique(np.round(seen.state.q, 6), axis=0)) < FEWEST_POSES_TO_PLACE:
         message = f"{len(seen)} rows hold a measured position: they do not place the instrument"
-        help_ = f"measure {FEWEST} poses at least, far from each other and not in line"
+        help_ = f"measure {FEWEST_POSES_TO_PLACE} poses at least, far from each other and not in line"
         raise PostprocError.of("DAT035", message, seen.source, help=help_)
     bare = model.with_effects(*(e for e in model.effects if e.role is not Role.INSTRUMENT_FRAME))
     placed = evaluate(bare, replace(seen, rotation=None, joint=None))

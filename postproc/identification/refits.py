@@ -12,7 +12,7 @@ from postproc.estimation.least_squares import fit_model
 from postproc.estimation.solving.determined import slope
 from postproc.estimation.solving.solve import SETTLED, Terms, advance
 
-ENOUGH = 2000
+MOST_NUMBERS_SEARCHED = 2000
 """Measured numbers that a search takes at most: beyond it every second, third .. pose."""
 STEPS, MISSED = 4, 0.02
 """Steps that are made at most, and the share of the sum of squares by which one may miss what its slope foretells."""
@@ -42,8 +42,8 @@ def refit_all(base: Fit, fitted: Fit, added: Iterable[str], closely: float = SET
 
 
 def thinned(base: Fit) -> Fit:
-    """Return the base fitted to every k-th pose, about `ENOUGH` measured numbers; the base where it has no more."""
-    step = -(-int(base.problem.weights.used.sum()) // ENOUGH)
+    """Return the base fitted to every k-th pose, at most about `MOST_NUMBERS_SEARCHED` measured numbers."""
+    step = -(-int(base.problem.weights.used.sum()) // MOST_NUMBERS_SEARCHED)
     if step < 2:
         return base
     kept = base.data.one_in(step)

@@ -16,7 +16,7 @@ FEWEST, MOST, IN_EACH = 12, 48, 30
 CELLS = 200
 """So many values a channel has: what is nearer is one (levels of a grid, a thermometer's steps) and never parted."""
 
-DAMPING = 0.05
+LEAST_LEVER_M = 0.05
 """Lever [m] below which no joint is blamed for what it could hardly cause."""
 
 
@@ -51,12 +51,12 @@ def joint_errors(fit: Fit) -> Array:
 
 
 def joint_inverse(fit: Fit) -> Array:
-    """Return (n, 6, 3) J^+ = J^T (J J^T + s^2)^-1 [rad/m] for the measured coordinates, damped with s = DAMPING.
+    """Return (n, 6, 3) J^+ = J^T (J J^T + s^2)^-1 [rad/m] for the measured coordinates, damped with s = LEAST_LEVER_M.
 
     Near singular directions no joint is blamed for what it could hardly cause.
     """
     J = fit.problem.sensitivity.matrix[:, :3, :6] * np.isfinite(fit.problem.error[:, :3, None])
-    square = J @ np.swapaxes(J, 1, 2) + DAMPING**2 * np.eye(3)
+    square = J @ np.swapaxes(J, 1, 2) + LEAST_LEVER_M**2 * np.eye(3)
     return np.asarray(np.swapaxes(np.linalg.solve(square, J), 1, 2))
 
 

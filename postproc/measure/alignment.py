@@ -12,11 +12,11 @@ from postproc.arrays import Array
 from postproc.robot.kinematics import skew
 from postproc.robot.pose import transform
 
-SAME = 0.05
+SAME_SCALE = 0.05
 """Scales that differ by less than this from 1 are those of an arm and its own points."""
 FLAT = 0.2
 """Singular values of the linear map lie this far apart where points on a plane or a line tell nothing across it."""
-LOOSE = 1e-4
+LOOSE_FIT = 1e-4
 """Noise [m] over the distance [m] of a point from the flange: where hardly anything turns, it does not run away."""
 
 
@@ -67,7 +67,7 @@ def align(
     p0, y0, n = p - np.median(p, axis=0), y - np.median(y, axis=0), len(p)
     spread = spread_of(y0)
     design = linear_design(R, y0 / spread, tool)
-    near = np.eye(3, 15, 12) * LOOSE
+    near = np.eye(3, 15, 12) * LOOSE_FIT
     weight = np.ones(n)
     for _ in range(12):
         root = np.sqrt(weight)[:, None]
@@ -83,7 +83,7 @@ def align(
         U, _, Vt = np.linalg.svd(p0.T @ y0)
         solution[12:] = 0.0
         mirrored, scale = False, float(np.linalg.norm(y0)) / max(float(np.linalg.norm(p0)), 1e-12)
-    about = _about_a_point(R, p, y) if tool and (mirrored or abs(scale - 1) > SAME) else None
+    about = _about_a_point(R, p, y) if tool and (mirrored or abs(scale - 1) > SAME_SCALE) else None
     if about is not None:
         return about
     if not 0.2 < scale < 5:
@@ -154,8 +154,8 @@ def _refine(R: Array, p: Array, y: Array, rotation: Array, tool: Array) -> Align
         weight = _weights(error)
         design = np.concatenate([np.broadcast_to(np.eye(3), (n, 3, 3)), -skew(base), rotation @ R], axis=2)
         root = np.sqrt(weight)[:, None]
-        equations = np.vstack([(design * root[:, :, None]).reshape(-1, 9), np.eye(3, 9, 6) * LOOSE])
-        step, *_ = np.linalg.lstsq(equations, np.append(residual * root, -LOOSE * tool), rcond=1e-10)
+        equations = np.vstack([(design * root[:, :, None]).reshape(-1, 9), np.eye(3, 9, 6) * LOOSE_FIT])
+        step, *_ = np.linalg.lstsq(equations, np.append(residual * root, -LOOSE_FIT * tool), rcond=1e-10)
         rotation = Rotation.from_rotvec(step[3:6]).as_matrix() @ rotation
         shift, tool = shift + step[:3], tool + step[6:]
         if np.linalg.norm(step) < 1e-10:

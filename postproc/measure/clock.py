@@ -11,9 +11,9 @@ from postproc.arrays import Array
 
 PAUSE_S = 1.0
 """Between clocks that were set back: what follows the time goes on, and no record spans them."""
-FEWEST = 10
+FEWEST_ROWS_IN_LINE = 10
 """Rows of a stretch, and of a line of times."""
-STEPS = 10.0 ** np.arange(0, -7, -1)
+CLOCK_STEPS = 10.0 ** np.arange(0, -7, -1)
 """Decimal places [s] to which stamps may be written."""
 
 
@@ -41,7 +41,7 @@ def without_restarts(time: Array) -> tuple[Array, int]:
     """
     parts = np.split(time, np.flatnonzero(np.diff(time) < 0) + 1)
     again = [b.min() <= a.max() and b.max() >= a.min() for a, b in pairwise(parts)]
-    if not any(again) or min(map(len, parts)) < FEWEST:
+    if not any(again) or min(map(len, parts)) < FEWEST_ROWS_IN_LINE:
         return time, 0
     return np.concatenate([part for part in going_on(parts) if part is not None]), sum(again)
 
@@ -51,12 +51,12 @@ def evenly_spaced(time: Array) -> Array | None:
 
     Rounded stamps are off a line by half of their last decimal place; so are stamps that are cut, all to one side.
     """
-    if len(time) < FEWEST:
+    if len(time) < FEWEST_ROWS_IN_LINE:
         return None
     row = np.arange(len(time))
     line = time[0] + np.polyval(np.polyfit(row, time - time[0], 1), row)
     apart = np.diff(np.unique(time))
-    step = next((s for s in STEPS if np.abs(time / s - np.round(time / s)).max() < 1e-3), 0.0)
+    step = next((s for s in CLOCK_STEPS if np.abs(time / s - np.round(time / s)).max() < 1e-3), 0.0)
     # Rows that share a stamp tell how coarse the clock is, whatever its decimals.
     step = max(step, float(apart.min(initial=np.inf)) if len(apart) < len(time) - 1 else 0.0)
     off = float(np.abs(time - line).max())

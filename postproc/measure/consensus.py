@@ -26,7 +26,7 @@ LEAST_M, TIMES, TIMES_FITTED = 0.005, 8.0, 10.0
 with its joint zeros fitted, which leave little in most rows and more where an arm is heavily accelerated."""
 MOVING_M = 0.05
 """The same of an arm that moves: it lags behind, and yields to the inertia of what it carries."""
-MOST = 1 / 3
+LARGEST_SHARE_OUT = 1 / 3
 """Share of the rows of a session that may be wrong: the rest could not be believed, either."""
 SAMPLES, BEST, HALVINGS = 400, 8, 6
 """Samples that are drawn, those that are improved, and how often. Of eight rows, all are right in 1 sample of 17 where
@@ -88,7 +88,7 @@ def agreement(data: Measurements, robot: Robot) -> Agreement:
         lost = first is not None and first.typical < SUSPICIOUS_M < found.typical
         told = _wrong(found, T[mine], arm.rows(mine), q[mine], few)
         wrong[mine] = lost or told & (np.linalg.norm(found.residual, axis=1) > _least(data, rows[mine]))
-        if wrong[mine].mean() > MOST:
+        if wrong[mine].mean() > LARGEST_SHARE_OUT:
             doubtful.append(str(name))
         if first is None:
             first, T = found, T.copy()
@@ -127,7 +127,7 @@ def _wrong(found: Alignment, T: Array, arm: PlacedArm, q: Array, few: bool) -> N
     if found.typical > SUSPICIOUS_M:
         return np.zeros(len(off), dtype=bool)
     wrong = off > max(LEAST_M, TIMES * found.typical)
-    if len(off) >= ENOUGH_ZEROS and off.max() > LEAST_M and not few and wrong.mean() < MOST:
+    if len(off) >= ENOUGH_ZEROS and off.max() > LEAST_M and not few and wrong.mean() < LARGEST_SHARE_OUT:
         off = _beside_zeros(found, T, arm, q)
         wrong |= off > max(LEAST_M, TIMES_FITTED * float(np.median(off)))
     return np.asarray(wrong & (not few or wrong.sum() == 1))
@@ -168,7 +168,10 @@ def _beside_zeros(found: Alignment, T: Array, arm: PlacedArm, q: Array) -> Array
         turned = arm.T_reference_base[:, :3, :3] @ turned
     placed, tool = tcp[:, :3, 3] @ R.T, R @ T[:, :3, :3]
     design = np.concatenate([np.broadcast_to(np.eye(3), tool.shape), -skew(placed), tool, R @ turned], axis=2)
-    kept, some = int(np.ceil((1 - MOST) * len(T))), np.flatnonzero(_closest_half(design, found.residual, 8))
+    kept, some = (
+        int(np.ceil((1 - LARGEST_SHARE_OUT) * len(T))),
+        np.flatnonzero(_closest_half(design, found.residual, 8)),
+    )
     for _ in range(HALVINGS):
         step, *_ = np.linalg.lstsq(design[some].reshape(-1, 15), found.residual[some].ravel(), rcond=1e-6)
         off = np.linalg.norm(found.residual - design @ step, axis=1)

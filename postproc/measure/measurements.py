@@ -16,7 +16,7 @@ from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.effects.contract import State
 from postproc.measure.observations import Observation, observations
 
-FEWEST = 8
+FEWEST_ROWS_JUDGED = 8
 """Fewer rows tell nothing of a table: their angles may all be round, and any half of them be right, by chance."""
 
 
@@ -181,7 +181,7 @@ class Measurements:
     @cached_property
     def step(self) -> float:
         """Step [rad] of which all joint angles are multiples, 1 to 1e-4 of a degree or radian by tens; 0 for none."""
-        if len(self) < FEWEST or not np.isfinite(self.state.q).all():
+        if len(self) < FEWEST_ROWS_JUDGED or not np.isfinite(self.state.q).all():
             return 0.0
         for place in np.geomspace(1.0, 1e-4, 5):
             for unit in (np.radians(place), place):

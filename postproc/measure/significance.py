@@ -4,7 +4,7 @@ from __future__ import annotations
 
 CHANCE = 1e-3
 """Chance of a false alarm, after counting all that was tried, in whatever is said of a table or of an arm."""
-DOUBTFUL = 1e-2
+DOUBTFUL_CHANCE = 1e-2
 """Chance below which an assumption that costs nothing to drop is dropped: that a stated noise is right."""
 
 

@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, Source
 from postproc.effects.contract import State
-from postproc.measure.clock import FEWEST, evenly_spaced, without_restarts
+from postproc.measure.clock import FEWEST_ROWS_IN_LINE, evenly_spaced, without_restarts
 
 GAP_S = 0.25
 """Rows farther apart in time than this do not belong to one record."""
 SMOOTH = 0.2
 """Share of a step by which the next one may differ in the median row: poses that only follow each other jump about."""
-FASTEST = 15.0
+FASTEST_SPEED = 15.0
 """Joint speed [rad/s] that no arm reaches: the times cannot be seconds."""
-STILL = 1e-3
+STANDING_SPEED = 1e-3
 """Joint speed [rad/s] below which a joint stands; it keeps the side from which it came."""
 AROUND_S = 0.04
 """Accelerations are taken from the rows so near at least on both sides: rounded angles of 1 kHz tell none from three.
@@ -50,7 +50,7 @@ def with_motion(state: State, source: Source) -> tuple[State, list[Diagnostic]]:
         time[run] = line
     joined = (np.diff(time) > 0) & (np.diff(time) <= GAP_S) & alike
     v, known = _speeds(q, time, joined)
-    if known.sum() < max(FEWEST, 0.5 * len(q)) or not _moves(q, v, joined):
+    if known.sum() < max(FEWEST_ROWS_IN_LINE, 0.5 * len(q)) or not _moves(q, v, joined):
         return state, []
     back = np.argsort(order)
     rate = 1 / float(np.median(np.diff(time)[joined]))
@@ -73,7 +73,7 @@ def is_record(state: State) -> bool:
     if state.v is None or state.time is None or not len(state):
         return False
     close = np.median(np.diff(np.sort(state.time), prepend=-np.inf)) <= GAP_S
-    return bool(close and np.median(np.abs(state.v).max(axis=1)) > STILL)
+    return bool(close and np.median(np.abs(state.v).max(axis=1)) > STANDING_SPEED)
 
 
 def _runs(joined: NDArray[np.bool_]) -> list[slice]:
@@ -123,19 +123,19 @@ def _accelerations(q: Array, time: Array, joined: NDArray[np.bool_], rate: float
 
 def _moves(q: Array, v: Array, joined: NDArray[np.bool_]) -> bool:
     """Return whether rows follow a path: something moves, at a possible speed, and steps resemble the ones before."""
-    if np.abs(v).max() < 10 * STILL or np.abs(v).max() > FASTEST:
+    if np.abs(v).max() < 10 * STANDING_SPEED or np.abs(v).max() > FASTEST_SPEED:
         return False
     inside = joined[1:] & joined[:-1]
     step = np.diff(q, axis=0)
     size = np.linalg.norm(step[1:] + step[:-1], axis=1)[inside]
     bend = np.linalg.norm(step[1:] - step[:-1], axis=1)[inside]
     moving = size > 1e-9
-    return bool(moving.sum() >= FEWEST and np.median(bend[moving] / size[moving]) < SMOOTH)
+    return bool(moving.sum() >= FEWEST_ROWS_IN_LINE and np.median(bend[moving] / size[moving]) < SMOOTH)
 
 
 def _sides(v: Array, joined: NDArray[np.bool_]) -> Array:
     """Return (n, 6) sign of the last motion of each joint, kept while it stands; 0 before a record has moved it."""
-    side = np.where(np.abs(v) > STILL, np.sign(v), 0.0)
+    side = np.where(np.abs(v) > STANDING_SPEED, np.sign(v), 0.0)
     first = np.concatenate([np.full(run.stop - run.start, run.start) for run in _runs(joined)])[:, None]
     last = np.maximum.accumulate(np.where(side != 0, np.arange(len(v))[:, None], -1), axis=0)
     return np.where(last >= first, np.take_along_axis(side, np.maximum(last, 0), axis=0), 0.0)

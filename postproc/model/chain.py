@@ -13,7 +13,7 @@ from postproc.arrays import Array
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import body_poses, joint_turns, times
 
-AXES = np.eye(3)
+UNIT_AXES = np.eye(3)
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +51,7 @@ def deflected_chain(robot: Robot, q: Array, body: Mapping[int, Array], ends: boo
     T, tip, turn = np.zeros((7, 4, 4, n)), np.empty((7, 3, n)), np.empty((7, 3, 3, n))
     T[:, 3, 3] = 1.0
     turns = [*joint_turns(robot, q), robot.link[6, :3, :3, None]]
-    R, p = np.broadcast_to(AXES[..., None], (3, 3, n)), np.zeros((3, n))
+    R, p = np.broadcast_to(UNIT_AXES[..., None], (3, 3, n)), np.zeros((3, n))
     for b in range(7):
         T[b, :3, :3], T[b, :3, 3], turn[b] = R, p, R
         span = robot.link[b, :3, 3, None]

@@ -16,7 +16,7 @@ from postproc.model.arm import Model
 from postproc.model.equilibrium import equilibrium
 from postproc.model.uncertainty import read_uncertainty
 
-SURE = 2.0
+SURE_SIGMAS = 2.0
 """Standard deviations by which a fitted value is below the least that an arm has before that is more than chance."""
 
 
@@ -63,4 +63,4 @@ def below_least(model: Model, effect: Effect) -> NDArray[np.bool_]:
         for k, (key, index) in enumerate(known.parameters):
             if key == effect.key:
                 sigma[index] = np.sqrt(max(known.covariance[k, k], 0.0))
-    return np.asarray(effect.vector() < effect.layout.least - SURE * sigma)
+    return np.asarray(effect.vector() < effect.layout.least - SURE_SIGMAS * sigma)

@@ -19,7 +19,7 @@ from postproc.robot.pose import displace
 
 SETTLED = 1e-10  # [m]; rotations count at the arm's reach
 FORETOLD = 1e4  # times what counts as settled: a sweep that moves no more tells what the next one would move
-SWEEPS = 120
+EQUILIBRIUM_SWEEPS = 120
 EVEN = 8
 WIDER = 1.2
 """From the eighth sweep on, what turns back goes half as far as it came, what does not by so much farther."""
@@ -92,7 +92,7 @@ def equilibrium(model: Model, state: State, also: tuple[int, ...] = (), settled:
     bodies = tuple(sorted({*(active_bodies(model, state) if loaded else ()), *also}))
     deflection = Deflection(np.zeros((len(state), 6)), {}, None, None)
     last, reach, before = np.inf, np.full(1, np.inf), np.zeros(1)
-    for sweep in range(1, SWEEPS + 1):
+    for sweep in range(1, EQUILIBRIUM_SWEEPS + 1):
         seen = loaded_state(model, state, deflection, bodies) if loaded else state
         new = deflect(model, seen)
         if sweep >= EVEN:

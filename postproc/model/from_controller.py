@@ -13,7 +13,7 @@ from postproc.model.arm import Model
 from postproc.robot.catalogue import load_robot
 from postproc.robot.controller import Calibration
 
-FAR = 10.0
+FAR_FACTOR = 10.0
 """A compliance farther from what is usual for the joint than by this factor is in another unit, or of another joint."""
 SOFTEST = 1e-3  # [rad/(N m)], where nobody says what is usual
 STIFFNESS = "joints.stiffness_Nm_per_rad"
@@ -36,7 +36,7 @@ def controller_model(robot_name: str, calibration: Calibration | None) -> Model:
     usual = robot.joint_compliance
     compliance = np.zeros(6) if usual is None else usual.copy()
     for joint, value in calibration.compliance.items():
-        least, most = (0.0, SOFTEST) if usual is None else (usual[joint] / FAR, usual[joint] * FAR)
+        least, most = (0.0, SOFTEST) if usual is None else (usual[joint] / FAR_FACTOR, usual[joint] * FAR_FACTOR)
         if not least < value < most:
             text = f"`Compl {value:g}` of `{calibration.entries[joint]}` in JOINT_CALIB is no compliance in rad/(N m)"
             help_ = f"it would have to be between {least:.1g} and {most:.1g}: give a fitted model with -m"

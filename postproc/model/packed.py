@@ -11,10 +11,10 @@ import numpy as np
 
 from postproc.arrays import Array
 
-STEP = 2.0**-8
+PACKING_STEP = 2.0**-8
 """Step of the written numbers of 1,000 parameters, in conditional standard deviations; finer with fewer parameters."""
-LEAST = 1e-14  # eigenvalue of a correlation matrix below which double precision tells nothing
-WIDTH = 120  # characters of a line
+LEAST_VARIANCE = 1e-14  # eigenvalue of a correlation matrix below which double precision tells nothing
+PACKED_WIDTH = 120  # characters of a line
 
 
 def pack_correlation(correlation: Array) -> str:
@@ -31,13 +31,13 @@ def pack_correlation(correlation: Array) -> str:
     """
     count = len(correlation)
     size, turned = np.linalg.eigh(correlation)
-    size = np.maximum(size, LEAST)
+    size = np.maximum(size, LEAST_VARIANCE)
     lower = np.linalg.qr((turned * np.sqrt(size)).T)[1].T
     conditional = 1.0 / np.sqrt((turned**2 / size).sum(axis=1))
-    numbers = np.rint(lower / (STEP * (count / 1000) ** 2 * conditional[:, None])).astype(np.int64)
+    numbers = np.rint(lower / (PACKING_STEP * (count / 1000) ** 2 * conditional[:, None])).astype(np.int64)
     signed = numbers[np.tril_indices(count)]
     planes = ((signed << 1) ^ (signed >> 63)).astype("<u8").view(np.uint8).reshape(-1, 8).T
-    return "\n".join(wrap(b64encode(zlib.compress(planes.tobytes(), 9)).decode(), WIDTH))
+    return "\n".join(wrap(b64encode(zlib.compress(planes.tobytes(), 9)).decode(), PACKED_WIDTH))
 
 
 @lru_cache(maxsize=4)

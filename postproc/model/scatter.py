@@ -16,7 +16,7 @@ from postproc.robot.arm import Robot
 from postproc.robot.kinematics import jacobian
 
 DRAWS = 4096
-WITHIN_95 = 1.959964  # standard deviations of a normal distribution that hold 95 %
+NORMAL_95 = 1.959964  # standard deviations of a normal distribution that hold 95 %
 STIFFNESS_FACTOR = np.array([4, 3, 2.5, 2.5, 3.5, 2.5])
 """Factors that hold 95 % of arms about the rule of the library, where an arm's file states none (docs/robot.md)."""
 PUBLISHED_FACTOR, UNKNOWN_FACTOR = 1.5, 10.0
@@ -58,7 +58,7 @@ def remaining_fraction(model: Model, state: State) -> tuple[float, float]:
     robot = model.robot
     factor = stiffness_factors(robot)
     masses = np.ones(7) if robot.mass_factor is None else robot.mass_factor
-    spread = np.concatenate([np.log(factor) / WITHIN_95, np.log(masses[1:])])
+    spread = np.concatenate([np.log(factor) / NORMAL_95, np.log(masses[1:])])
     drawn = np.exp(norm.ppf(qmc.Sobol(len(spread), rng=np.random.default_rng(0)).random(DRAWS)) * spread)
     sources = np.column_stack([drawn[:, 6:], np.ones(DRAWS)])
     a = (drawn[:, :6, None] * sources[:, None, :]).reshape(DRAWS, -1)

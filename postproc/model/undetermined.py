@@ -13,7 +13,7 @@ from postproc.model.uncertainty import Uncertainty, derivatives, parameter_name,
 
 PULLS = np.vstack([np.diag([100.0] * 3 + [20.0] * 3)])
 """Loads on the TCP that a shop can apply, one a row: 100 N along and 20 N m about each axis of the base."""
-POSES = 3
+PULLING_POSES = 3
 """Poses at which a pull is asked for."""
 
 
@@ -104,9 +104,9 @@ def _best_pull(
     """Return the load on the TCP that shows a change of parameters best, and by how much [m]; None where none does.
 
     Args:
-        state: n states, of which `POSES` are pulled at; move: (p,) change of the parameters.
+        state: n states, of which `PULLING_POSES` are pulled at; move: (p,) change of the parameters.
     """
-    some = state.rows(np.unique(np.linspace(0, len(state) - 1, POSES).round().astype(int)))
+    some = state.rows(np.unique(np.linspace(0, len(state) - 1, PULLING_POSES).round().astype(int)))
     still = derivatives(model, some.with_(wrench=np.zeros((len(some), 6))), parameters)[0] @ move
     shown = []
     for load in PULLS:

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 
 from postproc.rapid.syntax.tokens import tokenize
 
-LONGEST = 200  # characters of what stays on one line: a target takes more than a hundred
-WIDTH = 110  # of the lines of what is longer
+LONGEST_LINE = 200  # characters of what stays on one line: a target takes more than a hundred
+LINE_WIDTH = 110  # of the lines of what is longer
 _FIXED = ('"', "!", "\n")  # a text, a comment or lines of its own: left as it is
 
 
@@ -24,12 +24,12 @@ def broken(text: str, lead: str, newline: str) -> str:
         lead: blanks before the statement; continued lines are indented by one step more.
         newline: the line end to use.
     """
-    if len(text) <= LONGEST or any(mark in text for mark in _FIXED):
+    if len(text) <= LONGEST_LINE or any(mark in text for mark in _FIXED):
         return text
     lines, step = [""], "\t" if "\t" in lead else "  "
     for part in _parts(text, commas=True):
-        for piece in [part] if len(part) <= WIDTH else _parts(part, commas=False):
-            if lines[-1] and len(lines[-1]) + len(piece) > WIDTH:
+        for piece in [part] if len(part) <= LINE_WIDTH else _parts(part, commas=False):
+            if lines[-1] and len(lines[-1]) + len(piece) > LINE_WIDTH:
                 lines.append("")
             lines[-1] += piece
     return f"{newline}{lead}{step}".join(lines)

@@ -23,8 +23,8 @@ from postproc.render.templates import environment, fill, load_template
 from postproc.robot.arm import Robot
 from postproc.robot.pose import transform
 
-NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,31}")
-EMPTY = "[0,0,0,0,0,0,0,0,0]"  # arcdata
+ROUTINE_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,31}")
+ARCDATA = "[0,0,0,0,0,0,0,0,0]"  # arcdata
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,10 @@ def _data(options: SeamOptions, T_flange_tcp: Array) -> tuple[dict[str, _SeamDat
     SEA007 where there is no tool, or a text is no such data. T_flange_tcp: (4, 4) [m], for options without a tool.
     """
     if options.tool is None and np.allclose(T_flange_tcp, np.eye(4)):
-        text, help_ = "no tool is given, and the model has none", "give --tool NAME:=[..], or a tool in the model file"
+        text, help_ = (
+            "no tool is given, and the model has none",
+            "give --tool ROUTINE_NAME:=[..], or a tool in the model file",
+        )
         raise PostprocError.of("SEA007", text, help=help_)
     frame = matrix_pose(T_flange_tcp)
     numbers = [",".join(f"{v:.{d}f}" for v in part) for part, d in ((frame.trans, 3), (frame.rot, 7))]
@@ -126,9 +129,9 @@ def _data(options: SeamOptions, T_flange_tcp: Array) -> tuple[dict[str, _SeamDat
         "tool": ("PERS", "tooldata", f"tTorch:=[TRUE,{frame_text},[0.001,[0,0,0.001],[1,0,0,0],0,0,0]]",
                  "tool: frame of the model, its weight is not known"),
         "wobj": ("TASK PERS", "wobjdata", "wobj0", "work object: wobj0, points in the base frame"),
-        "seam": ("PERS", "seamdata", f"sm1:=[0.5,0.5,{EMPTY},0,0,0,0,0,{EMPTY},0,0,{EMPTY},0,0,{EMPTY},0.5]",
+        "seam": ("PERS", "seamdata", f"sm1:=[0.5,0.5,{ARCDATA},0,0,0,0,0,{ARCDATA},0,0,{ARCDATA},0,0,{ARCDATA},0.5]",
                  "seam data: half a second of gas before and after, the rest is to be set"),
-        "weld": ("PERS", "welddata", f"wd1:=[{options.speed_mm_s:g},0,{EMPTY},{EMPTY}]",
+        "weld": ("PERS", "welddata", f"wd1:=[{options.speed_mm_s:g},0,{ARCDATA},{ARCDATA}]",
                  "weld data: speed alone, current and voltage are to be set"),
     }  # fmt: skip
     data, notes = {}, []
@@ -138,7 +141,7 @@ def _data(options: SeamOptions, T_flange_tcp: Array) -> tuple[dict[str, _SeamDat
             notes.append(note)
         name, assigned, value = (default if stated is None else stated).partition(":=")
         name, value = name.strip(), value.strip().rstrip(";").strip()
-        if not NAME.fullmatch(name) or (assigned and not value.startswith("[")):
+        if not ROUTINE_NAME.fullmatch(name) or (assigned and not value.startswith("[")):
             text, help_ = f"`{stated}` is not a {type_}", f"write it as in RAPID: {default}"
             raise PostprocError.of("SEA007", text, help=help_)
         data[role] = _SeamData(storage, type_, name, value or None)

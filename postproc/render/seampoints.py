@@ -16,14 +16,14 @@ from postproc.measure.read.layout import ColumnMap
 from postproc.measure.read.values.numbers import as_number
 from postproc.numbers import read_number
 
-PLACE = ("x_mm", "y_mm", "z_mm")
+POSITION_COLUMNS = ("x_mm", "y_mm", "z_mm")
 QUATERNION = ("qw", "qx", "qy", "qz")
 TANGENT, NORMAL = ("tx", "ty", "tz"), ("nx", "ny", "nz")
-SPEED = "speed_mm_s"
+SPEED_COLUMN = "speed_mm_s"
 
 NEAREST_MM = 0.1  # the shortest move a controller makes (RAPID reference, MoveC)
-LARGEST = 1e6  # no arm reaches a kilometre
-UNIT = 0.01  # a quaternion this far from length one is a mistake, not rounding
+LARGEST_COORDINATE_MM = 1e6  # no arm reaches a kilometre
+UNIT_NORM_WITHIN = 0.01  # a quaternion this far from length one is a mistake, not rounding
 PARALLEL = math.radians(5.0)  # a normal this close to the tangent does not say how the torch stands
 BACK = math.radians(
     120.0
@@ -91,9 +91,9 @@ class _SeamTable:
             value = read_number(as_number(text, self.cells.decimal))
         except ValueError:
             value = math.nan
-        if not abs(value) < LARGEST:
+        if not abs(value) < LARGEST_COORDINATE_MM:
             what = f"`{text}` is not a number" if text else "nothing stands here"
-            what = f"`{text}` is too large" if LARGEST <= abs(value) < math.inf else what
+            what = f"`{text}` is too large" if LARGEST_COORDINATE_MM <= abs(value) < math.inf else what
             help_ = "a point needs all its numbers: take the row out or measure it again"
             self.wrong("SEA002", row, at, what, help_)
             return math.nan
@@ -115,7 +115,7 @@ def read_seam_points(source: Source) -> SeamPoints:
             orientation, SEA004 points too close, SEA005 no welding speed, SEA006 fewer than two points.
     """
     table = _split(source)
-    missing = [name for name in PLACE if name not in table.header]
+    missing = [name for name in POSITION_COLUMNS if name not in table.header]
     turned = all(name in table.header for name in QUATERNION)
     led = all(name in table.header for name in (*TANGENT, *NORMAL))
     if missing or not (turned or led):
@@ -123,9 +123,9 @@ def read_seam_points(source: Source) -> SeamPoints:
         help_ = "columns: x_mm,y_mm,z_mm with qw,qx,qy,qz or with tx,ty,tz,nx,ny,nz; speed_mm_s if it varies"
         finding = Diagnostic("SEA001", "error", f"the table lacks {lacks}", source, (0, 1), help_)
         raise PostprocError([*table.findings, finding])
-    place = table.numbers(PLACE)
+    place = table.numbers(POSITION_COLUMNS)
     rotation = _by_quaternion(table) if turned else _by_tangent(table)
-    speed = _speeds(table) if SPEED in table.header else None
+    speed = _speeds(table) if SPEED_COLUMN in table.header else None
     gaps = np.linalg.norm(np.diff(place, axis=0), axis=1)
     close = np.flatnonzero(gaps < NEAREST_MM)
     help_ = "take one of the two rows out"
@@ -146,10 +146,10 @@ def _by_quaternion(table: _SeamTable) -> Array:
     """Rotations (n, 3, 3) from the quaternion columns; SEA003 for each whose length is not 1 within 1 %."""
     q = table.numbers(QUATERNION)
     length = np.linalg.norm(q, axis=1)
-    for i in np.flatnonzero(np.abs(length - 1.0) > UNIT):
+    for i in np.flatnonzero(np.abs(length - 1.0) > UNIT_NORM_WITHIN):
         what = f"the quaternion has length {length[i]:.4f}, not 1"
         table.wrong("SEA003", int(i), table.header.index("qw"), what, "check the order qw,qx,qy,qz")
-    usable = np.abs(length - 1.0) <= UNIT
+    usable = np.abs(length - 1.0) <= UNIT_NORM_WITHIN
     q = np.where(usable[:, None], q, (1.0, 0.0, 0.0, 0.0))
     return np.asarray(Rotation.from_quat(q, scalar_first=True).as_matrix(), dtype=float)
 
@@ -176,9 +176,9 @@ def _by_tangent(table: _SeamTable) -> Array:
 
 def _speeds(table: _SeamTable) -> Array:
     """Welding speeds (n,) [mm/s] of the table; SEA005 for each that is not positive."""
-    speed = table.numbers((SPEED,))[:, 0]
+    speed = table.numbers((SPEED_COLUMN,))[:, 0]
     for i in np.flatnonzero(speed <= 0):
-        at = table.header.index(SPEED)
+        at = table.header.index(SPEED_COLUMN)
         table.wrong("SEA005", int(i), at, f"{speed[i]:g} mm/s is not a welding speed", "give a positive speed")
     return speed
 
@@ -200,7 +200,7 @@ def _split(source: Source) -> _SeamTable:
         raise PostprocError(findings)
     header = [name.strip('"').lower() for name in cells.header]
     for i, name in enumerate(header):
-        if name in (*PLACE, *QUATERNION, *TANGENT, *NORMAL, SPEED) and name in header[:i]:
+        if name in (*POSITION_COLUMNS, *QUATERNION, *TANGENT, *NORMAL, SPEED_COLUMN) and name in header[:i]:
             text = f"column `{name}` stands twice in the header"
             findings.append(Diagnostic("SEA001", "error", text, source, help="take one of them out"))
     return _SeamTable(cells, header, findings)

@@ -16,7 +16,7 @@ from postproc.robot.closed_form import inverse
 from postproc.robot.configuration import QUARTER, TURNING, confdata
 from postproc.robot.track import track
 
-SAME_ARM = 1e-6  # [rad]
+SAME_POSTURE = 1e-6  # [rad]
 
 
 def seam_configuration(robot: Robot, T_base_flange: Array) -> NDArray[np.int64] | None:
@@ -40,7 +40,7 @@ def seam_configuration(robot: Robot, T_base_flange: Array) -> NDArray[np.int64] 
     if not postures:
         return None
     roomy = max(postures, key=lambda way: way[0])[1]
-    wrists = [(room, q) for room, q in postures if np.allclose(q[:, :3], roomy[:, :3], atol=SAME_ARM)]
+    wrists = [(room, q) for room, q in postures if np.allclose(q[:, :3], roomy[:, :3], atol=SAME_POSTURE)]
     return confdata(robot, min(wrists, key=lambda way: (_quarters(way[1]), -way[0]))[1])
 
 

@@ -10,8 +10,8 @@ from urllib.parse import quote
 from postproc import __version__
 from postproc.files import explanations
 
-SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
-LEVELS = {"error": "error", "warning": "warning", "info": "note"}
+SARIF_SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
+SARIF_LEVELS = {"error": "error", "warning": "warning", "info": "note"}
 
 
 def sarif(findings: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
@@ -26,7 +26,7 @@ def sarif(findings: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
     driver = {"name": "postproc", "version": __version__, "rules": [_rule(code, known[code]) for code in codes]}
     results = [_result(finding, codes.index(finding["code"])) for finding in listed]
     run = {"tool": {"driver": driver}, "columnKind": "unicodeCodePoints", "results": results}
-    return {"$schema": SCHEMA, "version": "2.1.0", "runs": [run]}
+    return {"$schema": SARIF_SCHEMA, "version": "2.1.0", "runs": [run]}
 
 
 def findings_in(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
@@ -49,7 +49,7 @@ def _rule(code: str, explained: str) -> dict[str, Any]:
 def _result(finding: Mapping[str, Any], rule: int) -> dict[str, Any]:
     """Return a finding as a SARIF result of the rule with this index."""
     text = f"{finding['message']}; {finding['help']}" if finding["help"] else finding["message"]
-    result = {"ruleId": finding["code"], "ruleIndex": rule, "level": LEVELS[finding["severity"]]}
+    result = {"ruleId": finding["code"], "ruleIndex": rule, "level": SARIF_LEVELS[finding["severity"]]}
     return {**result, "message": {"text": text}, "locations": _locations(finding)}
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import evaluate
-from postproc.identification.add import HELPS, Addition, FitFigures
+from postproc.identification.add import LEAST_FALL, Addition, FitFigures
 from postproc.numbers import mm
 from postproc.report.blocks import Bar, Bars, Beside, Chart, Document, Figure, Scene, Section, View
 from postproc.report.drawing.residuals import channel_sections
@@ -16,8 +16,8 @@ from postproc.results.fit import error_values, fit_values, known_of, parameter_t
 
 HARDLY_ANY = 0.05
 """Share of the way to the floor that must be gone to be called more than hardly any: chance goes a few percent."""
-EACH = "Everything fitted again without the effect: long bars matter."
-BASE = "the model as it came"
+EACH_NOTE = "Everything fitted again without the effect: long bars matter."
+BASE_LABEL = "the model as it came"
 FALL = (
     "Step through the model with the slider, the arrow keys or a click on a bar: the laws, the residuals in space, the "
     "charts and the sample targets are those of the step."
@@ -43,7 +43,7 @@ def addition_document(name: str, addition: Addition) -> Document:
         note = f"{1e3 * error.rms:.3f} {kind.unit} in the fit" + _way(share, noise)
         return Bar(label, 1e3 * error.held_out_rms, note)
 
-    ladder = [bar(step.name if k else BASE, step.fit, step.share) for k, step in enumerate(addition.ladder)]
+    ladder = [bar(step.name if k else BASE_LABEL, step.fit, step.share) for k, step in enumerate(addition.ladder)]
     without = [bar(f"without {key}", f) for key, f in addition.without.items()]
     return Document(
         title=f"postproc add {name}",
@@ -74,7 +74,7 @@ def addition_document(name: str, addition: Addition) -> Document:
             Section(
                 f"What each effect is worth, {each} on {rows}",
                 [Bars(without, dashed, unit=kind.unit)],
-                EACH,
+                EACH_NOTE,
             ),
             *channel_sections(fit, "What the rest follows", folded=True),
             Section("What to know of this fit", known_of(fit)),
@@ -111,7 +111,7 @@ def addition_sentence(addition: Addition) -> str:
     share, unseen = addition.ladder[-1].share, "on rows that the fit has not seen"
     falls = f"the error falls from {first:.3f} to {last:.3f} {unit} per {each}"
     helps, text = True, f"O{unseen[1:]}, {falls}"
-    if last >= (1 - HELPS) * first:
+    if last >= (1 - LEAST_FALL) * first:
         helps, text = False, f"Adding {names} does not help: {unseen}, the error is {last:.3f} {unit} per {each}, "
         text += f"{first:.3f} before"
     elif share is not None and share < HARDLY_ANY:
@@ -137,5 +137,5 @@ def _rungs(addition: Addition) -> list[Rung]:
     for k, step in enumerate(addition.ladder):
         fit = step.fit if isinstance(step.fit, Fit) else evaluate(step.model, addition.fit.data)
         error = step.fit.rms if addition.fit.drafted else step.fit.held_out_rms
-        rungs.append(Rung(step.name if k else BASE, fit, error))
+        rungs.append(Rung(step.name if k else BASE_LABEL, fit, error))
     return rungs

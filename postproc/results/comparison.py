@@ -32,7 +32,7 @@ from postproc.report.drawing.laws import law_charts, laws_of
 from postproc.report.drawing.residuals import channel_sections
 from postproc.report.drawing.steps import Rung, distance_chart, steps_data
 from postproc.results.fit import left_out, noise_values
-from postproc.results.wording import FREE
+from postproc.results.wording import ANY_FUNCTION
 
 IN_SPACE = (
     "Beside it the channels that stand out. Points: each pose, less the mean; red: means with their standard errors; "
@@ -54,7 +54,7 @@ def comparison_document(name: str, comparison: Comparison) -> Document:
     """
     values, fit, kind = comparison_values(comparison), comparison.fit, comparison.fit.observed
     noise, each = values[kind.key("noise")], f"{kind.unit} per {kind.each}"
-    levels = [Bar("this model", values[kind.key("rms")]), Bar(FREE, values[kind.key("bound")])]
+    levels = [Bar("this model", values[kind.key("rms")]), Bar(ANY_FUNCTION, values[kind.key("bound")])]
     return Document(
         title=f"postproc compare {name}",
         values=values,
@@ -69,7 +69,7 @@ def comparison_document(name: str, comparison: Comparison) -> Document:
                 f"How far, and how far it could be, rms in {each}",
                 [
                     Beside(
-                        [Bars(levels, noise, FREE, kind.unit)],
+                        [Bars(levels, noise, ANY_FUNCTION, kind.unit)],
                         [Chart(lambda: [distance_chart(fit, noise, held_out=False)])],
                     ),
                     Sentence(_without_physics(values[kind.key("rms")], values[kind.key("bound")], noise, each)),

@@ -19,16 +19,18 @@ from postproc.report.blocks import DataTable, Document, Figure, Scene, Section, 
 from postproc.results.under_load import undetermined_text, undetermined_values
 from postproc.results.work_objects import from_programmed_path, rigid_shift_values, work_object_section
 
-SCHEMA = "postproc/compensate/1"
+CONVERSION_SCHEMA = "postproc/compensate/1"
 ACROSS = (
     "Distance of the real torch from the line or arc of each statement, measured across it at and between targets; at "
     "targets the tables also count what points along it. Shaded: the arc burns; green: the tolerance. Drag to zoom, "
     "double-click to see all, click to choose a place."
 )
-IN_SPACE = "Pick a seam, a statement, a line of the program or a place in a picture: all of them show the same place."
-JOINTS = "Torques of a rigid arm, under its own weight and the loads."
+IN_SPACE_NOTE = (
+    "Pick a seam, a statement, a line of the program or a place in a picture: all of them show the same place."
+)
+JOINTS_NOTE = "Torques of a rigid arm, under its own weight and the loads."
 ALONG = "along lines and arcs"
-FINDING = ("line", "severity", "code", "what", "what to do")
+FINDING_COLUMNS = ("line", "severity", "code", "what", "what to do")
 STATEMENT = ("line", "routine", "instruction", "status", "reason")
 LONG_S = 7200.0  # from here on hours are told
 CORRECTED = ("compensated", "run_time")  # status of statements that are corrected
@@ -61,12 +63,12 @@ def conversion_document(name: str, conversion: Conversion, made: Mapping[str, st
         basis=_basis(conversion, made or {}) if moved else "",
         sections=[
             Section("Seam by seam", [_seams(values)], "The largest deviation while the arc burns."),
-            Section("Where", [View("space")] if moved else [], IN_SPACE),
+            Section("Where", [View("space")] if moved else [], IN_SPACE_NOTE),
             Section("How far off, along the path", [View("deviation")] if moved else [], ACROSS),
             work_object_section(values),
             Section("Every motion statement", [_statements(values, moved)]),
-            Section("Joints", [View("joints")] if moved else [], JOINTS),
-            Section("Findings", [DataTable("findings", FINDING, findings, brief=())]),
+            Section("Joints", [View("joints")] if moved else [], JOINTS_NOTE),
+            Section("Findings", [DataTable("findings", FINDING_COLUMNS, findings, brief=())]),
             _run_time(values.get("run_time") or {}),
             made_section(facts),
         ],
@@ -79,11 +81,11 @@ def conversion_values(conversion: Conversion) -> dict[str, Any]:
     findings = [d.as_json() for d in conversion.diagnostics]
     judged, model = conversion.judged, conversion.model
     if judged is None or model is None:
-        return {"schema": SCHEMA, "statements": [], "diagnostics": findings}
+        return {"schema": CONVERSION_SCHEMA, "statements": [], "diagnostics": findings}
     figures, accuracy, limits = judged.figures, judged.accuracy, judged.limits
     sure = accuracy and {"sigma_mm": _mm(accuracy.sigma), "within_95_percent_mm": _mm(accuracy.within_95)}
     return {
-        "schema": SCHEMA,
+        "schema": CONVERSION_SCHEMA,
         "tool": __version__,
         "robot": model.robot.name,
         "statements": [*map(_statement_values, judged.outcomes)],

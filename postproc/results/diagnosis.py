@@ -34,7 +34,7 @@ from postproc.report.blocks import (
 )
 from postproc.report.drawing.residuals import channel_sections, suspect_chart
 from postproc.report.drawing.steps import Rung, distance_chart, steps_data
-from postproc.results.addition import BASE
+from postproc.results.addition import BASE_LABEL
 from postproc.results.comparison import workspace_section
 from postproc.results.fit import (
     noise_values,
@@ -43,12 +43,12 @@ from postproc.results.fit import (
     structure_values,
     undetermined_sentences,
 )
-from postproc.results.sentences import NAMED, doubts, headline, title
-from postproc.results.wording import FREE, p_text, place
+from postproc.results.sentences import MOST_RIVALS_NAMED, doubts, headline, title
+from postproc.results.wording import ANY_FUNCTION, p_text, place
 
 UNNAMED = "+ what was found, without a name"
 CHOSEN = "at best: its form was chosen on these rows"
-TELLING = 0.05
+TELLING_CHANCE = 0.05
 """Chance below which a candidate stands in the ranking on the terminal; the first FEWEST and no more than MOST do.
 
 Those of the user's own always do.
@@ -57,8 +57,8 @@ FEWEST, MOST = 3, 8
 LIBRARY = frozenset(cls.key for cls in BUILT_IN)
 BOTH = "with what is missing"
 NOISE = "The dashed line is the noise: no model can be expected below it. "
-GREY = "Grey: what a smooth function of all channels, without physics, reaches."
-FOLLOWS = "Of what the final model leaves above the noise; strongest first."
+GREY_NOTE = "Grey: what a smooth function of all channels, without physics, reaches."
+REMAINING_NOTE = "Of what the final model leaves above the noise; strongest first."
 LOOKS = (
     " The chart shows the first without the share that the fitted parameters have taken on. `postproc diagnose --draft "
     "OWN.py` writes it as an effect, `postproc add` adds it."
@@ -76,7 +76,7 @@ def diagnosis_document(name: str, d: Diagnosis) -> Document:
         name: of the model and the tables, for the title.
     """
     values, kind = diagnosis_values(d), d.base.observed
-    rungs = [Rung(BASE, d.base, d.base.held_out_rms)]
+    rungs = [Rung(BASE_LABEL, d.base, d.base.held_out_rms)]
     if d.missing:
         rungs.append(Rung(BOTH, d.told, d.final.held_out_rms))
     steps = cache(lambda: steps_data(rungs, [m.key for m in d.missing], values[kind.key("floor")]))
@@ -245,7 +245,7 @@ def verdict_figures(values: Values) -> list[Figure]:
         values: the document of the diagnosis.
     """
     each = [(m["effect"], _alike(m)) for m in values["missing"]]
-    several = ((name, similar if len(similar) <= NAMED else ["others"]) for name, similar in each)
+    several = ((name, similar if len(similar) <= MOST_RIVALS_NAMED else ["others"]) for name, similar in each)
     missing = ", ".join(" or ".join([name, *similar]) for name, similar in several)
     if values["verdict"] == "missing":
         return [Figure("missing", missing)]
@@ -269,16 +269,16 @@ def _ladder(d: Diagnosis, values: Values, steps: Any) -> Section:
             effects' curves, or the strongest pattern.
     """
     kind, floor = d.base.observed, values[d.base.observed.key("floor")]
-    rungs = [Bar(BASE, 1e3 * d.base.held_out_rms)]
+    rungs = [Bar(BASE_LABEL, 1e3 * d.base.held_out_rms)]
     rungs += [Bar(f"+ {m.key}", 1e3 * m.held_out_after, place(m.label)) for m in d.missing]
-    names = [BASE, *(rung.name for rung in rungs[1:][-1:])]
+    names = [BASE_LABEL, *(rung.name for rung in rungs[1:][-1:])]
     if d.unnamed is not None:
         some, every = len(d.searched.data), len(d.base.data)
         # Its numbers are held out, its form is not.
         where = [CHOSEN] + [f"{some} of {every}; without it {1e3 * d.searched.held_out_rms:.3f}"] * (some < every)
         rungs.append(Bar(UNNAMED, 1e3 * d.unnamed, ", ".join(where)))
-    rungs.append(Bar(FREE, 1e3 * d.bound))
-    bars = Bars(rungs, floor, FREE, kind.unit, names if len(names) > 1 else ())
+    rungs.append(Bar(ANY_FUNCTION, 1e3 * d.bound))
+    bars = Bars(rungs, floor, ANY_FUNCTION, kind.unit, names if len(names) > 1 else ())
 
     def distances() -> list[str]:
         """Return the chart of the share of poses over their distance."""
@@ -292,7 +292,7 @@ def _ladder(d: Diagnosis, values: Values, steps: Any) -> Section:
     return Section(
         f"The error on rows that the fit has not seen, {kind.unit} per {kind.each}",
         [Beside([bars, Chart(distances)], [View("laws"), Chart(without_laws)])],
-        f"{NOISE if floor else ''}{GREY}",
+        f"{NOISE if floor else ''}{GREY_NOTE}",
     )
 
 
@@ -325,7 +325,7 @@ def curve_text(curve: JointCurve) -> str:
 def _remaining(d: Diagnosis) -> Section:
     """Return the section with the patterns that no effect explains, with a chart of the strongest."""
     drawn = Chart(lambda: [suspect_chart(d.searched, s, d.floor) for s in d.suspects[:1] if d.missing])
-    return Section("What remains follows", [drawn, suspect_table(d.suspects)], FOLLOWS + LOOKS)
+    return Section("What remains follows", [drawn, suspect_table(d.suspects)], REMAINING_NOTE + LOOKS)
 
 
 def suspect_table(suspects: Sequence[Any]) -> DataTable:
@@ -385,5 +385,5 @@ def brief_ranking(ranked: Sequence[Candidate]) -> list[int]:
     Args:
         ranked: the best first.
     """
-    first = max(FEWEST, sum(c.p_value < TELLING for c in ranked[:MOST]))
+    first = max(FEWEST, sum(c.p_value < TELLING_CHANCE for c in ranked[:MOST]))
     return [i for i, c in enumerate(ranked) if i < first or c.key not in LIBRARY]

@@ -10,11 +10,11 @@ from itertools import chain
 from postproc.rapid.diff.difference import FileDiff, ProgramDiff
 from postproc.report.blocks import DataTable, Document, Figure, Section, Values
 
-COLUMNS = ("what", "where", "line before", "line after", "name")
-AMOUNTS = ("dx [mm]", "dy [mm]", "dz [mm]", "distance [mm]", "angle [deg]", "speed [mm/s]", "was [mm/s]", "else")
+DIFFERENCE_COLUMNS = ("what", "where", "line before", "line after", "name")
+AMOUNT_COLUMNS = ("dx [mm]", "dy [mm]", "dz [mm]", "distance [mm]", "angle [deg]", "speed [mm/s]", "was [mm/s]", "else")
 FILES = ("file", "result", "changed", "added", "removed", "compared", "distance [mm]", "angle [deg]", "note")
-LONGEST = 24  # letters of a name that leave room for the amounts beside it
-FEW = 3  # differences of a file that a terminal prints where not all are asked for
+LONGEST_TEXT = 24  # letters of a name that leave room for the amounts beside it
+FEW_DIFFERENCES = 3  # differences of a file that a terminal prints where not all are asked for
 NOTE = "Targets in the axes of their work object, from the first program to the second; beyond the tolerance."
 IN_BOTH = "Files by their path in both folders; added stands in the second alone, removed in the first."
 
@@ -58,7 +58,9 @@ def difference_document(first: str, second: str, difference: ProgramDiff) -> Doc
             Figure("statements that differ", len(rows)),
         ],
         basis=_tolerance(difference.tolerance_mm, difference.tolerance_deg),
-        sections=[Section("What differs", [DataTable("differences", (*COLUMNS, *AMOUNTS), rows)], NOTE)],
+        sections=[
+            Section("What differs", [DataTable("differences", (*DIFFERENCE_COLUMNS, *AMOUNT_COLUMNS), rows)], NOTE)
+        ],
     )
 
 
@@ -75,9 +77,9 @@ def folders_document(first: str, second: str, files: Sequence[FileDiff], near: t
     of_files = DataTable("files", FILES, [_file_row(f) for f in order], unequal)
     difference = [[(f.path, *_row(d)) for d in difference_rows(f.found)] for f in order]
     rows = list(chain(*difference))
-    places = [k < FEW for some in difference for k in range(len(some))]
+    places = [k < FEW_DIFFERENCES for some in difference for k in range(len(some))]
     brief = [i for i, first_ones in enumerate(places) if first_ones]
-    table = DataTable("differences", ("file", *COLUMNS, *AMOUNTS), rows, brief)
+    table = DataTable("differences", ("file", *DIFFERENCE_COLUMNS, *AMOUNT_COLUMNS), rows, brief)
     different = {status: n for status, n in counts.items() if status != "equal"}
     return Document(
         title=f"postproc diff {first} {second}",
@@ -145,6 +147,6 @@ def _row(d: Values) -> Sequence[object]:
     amounts = [None if x is None else round(x, 4) for x in (*shift, d["distance_mm"], d["angle_deg"])]
     was, now = d["speed_mm_s"] or (None, None)
     name = d["name"]
-    if len(name) > LONGEST:  # a whole statement
-        name, others = f"{name[:LONGEST]} ..", [name, *others]
+    if len(name) > LONGEST_TEXT:  # a whole statement
+        name, others = f"{name[:LONGEST_TEXT]} ..", [name, *others]
     return [kind, d["place"], d["line_a"], d["line_b"], name, *amounts, now, was, "; ".join(others)]

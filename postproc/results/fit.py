@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from postproc.diagnostics import Diagnostic
-from postproc.estimation.findings import SHOWN, cautions
+from postproc.estimation.findings import MOST_ROWS_NAMED, cautions
 from postproc.estimation.fitted import Fit
 from postproc.estimation.recorded import left_of_pose, undetermined
 from postproc.identification.add import FitFigures
@@ -83,7 +83,7 @@ def left_out(fit: Fit) -> list[Sentence]:
     for file, row in sorted(data.wrong - rows):
         of = f" of {data.sources[file].path}" if data.file else ""
         lines.append(f"Row {row}{of} was left out: no arm can be where it says.")
-    if len(lines) > SHOWN:
+    if len(lines) > MOST_ROWS_NAMED:
         lines = [f"{len(lines)} rows were left out: they lie far from everything else."]
     return [Sentence(line) for line in lines]
 

@@ -10,7 +10,7 @@ from postproc.compensation.text.values import Place
 from postproc.motion.postures import Nearest
 from postproc.report.blocks import DataTable, Document, Section, Sentence
 
-EDITED: Mapping[Place | None, str] = {
+EDITED_WORDS: Mapping[Place | None, str] = {
     "declaration": "; its declaration is edited",
     "element": "; its array element is edited",
     "aggregate": "; its numbers are edited",
@@ -19,8 +19,8 @@ EDITED: Mapping[Place | None, str] = {
     "derived": "; it moves with the target that it is derived from",
     None: "",
 }
-PLACE = ("line", "routine", "instruction", "x", "y", "z [mm]")
-COLUMNS = (*PLACE, "tool, load, frame; what is edited", "note", "left alone")
+PLACE_COLUMNS = ("line", "routine", "instruction", "x", "y", "z [mm]")
+INSPECTION_COLUMNS = (*PLACE_COLUMNS, "tool, load, frame; what is edited", "note", "left alone")
 
 
 def inspection_document(name: str, inspection: Inspection, stated: Mapping[str, str]) -> Document:
@@ -30,7 +30,7 @@ def inspection_document(name: str, inspection: Inspection, stated: Mapping[str, 
         name: of the program. stated: entries of the document that say which arm it is, and what names it.
     """
     ends = filter(None, (_start(inspection.start), *map(_nearest, inspection.nearest)))
-    rows = DataTable("statements", COLUMNS, [_row(row) for row in inspection.rows], beneath=7, decimals=1)
+    rows = DataTable("statements", INSPECTION_COLUMNS, [_row(row) for row in inspection.rows], beneath=7, decimals=1)
     return Document(
         title=f"postproc inspect {name}",
         values={
@@ -53,7 +53,7 @@ def _row(row: Row) -> tuple[object, ...]:
     times = f", {row.runs} times" if row.runs > 1 else ""
     statement = row.statement
     head = (statement.line, statement.routine, statement.instruction, *place)
-    return (*head, load + axes + times + EDITED[row.edited], "; ".join(row.notes), row.reason)
+    return (*head, load + axes + times + EDITED_WORDS[row.edited], "; ".join(row.notes), row.reason)
 
 
 def _start(row: Row | None) -> str:

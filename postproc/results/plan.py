@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from postproc.identification.planning.plan import APART, MeasuringPlan
+from postproc.identification.planning.plan import TELLING_SIGMAS, MeasuringPlan
 from postproc.model.uncertainty import parameter_name
 from postproc.report.blocks import Document
 from postproc.results.wording import parameters_text
 
-LEAST = 3.0
+LEAST_SIGMAS = 3.0
 """Standard deviations below which a difference does not stand out at all."""
 
 
@@ -41,7 +41,7 @@ def plan_sentence(plan: MeasuringPlan) -> str:
     n = len(plan.state)
     if plan.between is not None:
         a, b = plan.between
-        if plan.after < LEAST:
+        if plan.after < LEAST_SIGMAS:
             return (
                 f"Even with these {n} poses the difference between `{a}` and `{b}` stands out by only "
                 f"{plan.after:.1f} standard deviations: standing still, on positions, they do nearly the same. "
@@ -49,10 +49,10 @@ def plan_sentence(plan: MeasuringPlan) -> str:
             )
         enough = (
             "the data so far tells them apart already"
-            if plan.before >= APART and plan.told_apart
+            if plan.before >= TELLING_SIGMAS and plan.told_apart
             else "enough to tell them apart"
-            if plan.after >= APART
-            else f"{APART:.0f} tell them apart: ask for more poses with `-n`"
+            if plan.after >= TELLING_SIGMAS
+            else f"{TELLING_SIGMAS:.0f} tell them apart: ask for more poses with `-n`"
         )
         return (
             f"With these {n} poses the difference between `{a}` and `{b}` stands out by {plan.after:.1f} standard "

@@ -13,13 +13,13 @@ from postproc.identification.diagnosis import Diagnosis, suspect_size, too_few
 from postproc.patterns.suspects import Suspect
 from postproc.results.wording import place
 
-NAMED = 3
+MOST_RIVALS_NAMED = 3
 """So many rivals of an effect stand in the headline; where there are more, a line below it has them."""
 REPEATED = 10
 """Poses that tell the noise to a sixth when they are measured three times each."""
-HARDLY = 0.2
+NO_LAW_SHARE = 0.2
 """Share below which patterns are no law: what is left follows something else."""
-WHOLE = 0.9
+NEARLY_ALL = 0.9
 """Share of what stands above the noise that the law of a pattern explains."""
 LITTLE = 0.02
 """Share of the error by which a significant effect lowers it, and no user will notice."""
@@ -99,7 +99,7 @@ def _remaining(d: Diagnosis, s: Suspect) -> str:
     same = [x.channel for x in d.suspects if (x.where, x.pattern, x.share) == (s.where, s.pattern, s.share)]
     channels = joined(sorted(same, key=lambda name: name not in d.base.data.state.channels))
     at = ("" if s.where.startswith(("joint", "body")) else "the ") + s.where + ("," if "," in s.where else "")
-    if s.share + sum(other.share for other in d.beside) < HARDLY:
+    if s.share + sum(other.share for other in d.beside) < NO_LAW_SHARE:
         strongest = f"the strongest pattern, at {at} along {channels} ({s.pattern})"
         share = f"{100 * s.share:.0f} %" if s.share >= 0.005 else "less than 1 %"
         return f"More is left than noise; {strongest}, explains {share} of it."
@@ -131,7 +131,7 @@ def to_record(d: Diagnosis) -> list[str]:
     The approach side of a joint and the payload move every arm. Where they are not recorded, their influence looks like
     a function of other columns, which explains some of it.
     """
-    if not d.suspects or d.suspects[0].share + sum(s.share for s in d.beside) >= WHOLE:
+    if not d.suspects or d.suspects[0].share + sum(s.share for s in d.beside) >= NEARLY_ALL:
         return []
     state = d.base.data.state
     lacking = [("dir1` to `dir6", state.approach), ("payload_kg", state.payload_mass)]
@@ -143,7 +143,7 @@ def doubts(d: Diagnosis) -> Iterator[str]:
     if d.lacking is None and d.verdict == "missing":
         yield f"Whether what is left is noise, this data cannot tell: {_would_tell(d)}."
     for m in d.missing:
-        if m.alike[NAMED:]:
+        if m.alike[MOST_RIVALS_NAMED:]:
             yield f"As far as this data can tell, `{m.key}` may be {_any_of(m.alike)} as well."
         if m.unseen:
             yield f"Beside `{m.key}` this data would not show {_any_of(m.unseen)}."
@@ -174,7 +174,7 @@ def _named(d: Diagnosis, m: Candidate) -> str:
     where = place(m.label)
     if len(d.missing) > 1 and _is_free(d, m):
         where += "; a smooth correction, not a cause"
-    others = _any_of(m.alike) if len(m.alike) <= NAMED else f"one of {len(m.alike)} others"
+    others = _any_of(m.alike) if len(m.alike) <= MOST_RIVALS_NAMED else f"one of {len(m.alike)} others"
     rivals = f" or, as far as this data can tell, {others}" if m.alike else ""
     return f"`{m.key}`" + (f" ({where})" if where else "") + rivals
 

@@ -6,12 +6,12 @@ import numpy as np
 
 from postproc.compensation.judgement.accuracy import Accuracy
 from postproc.effects.registry import effect_library
-from postproc.model.undetermined import POSES, Undetermined
+from postproc.model.undetermined import PULLING_POSES, Undetermined
 from postproc.numbers import mm
 from postproc.report.blocks import Values
 from postproc.results.wording import in_words, readable, with_sigma
 
-MATTERS = 0.3
+MATTERING_SHARE = 0.3
 """Share of the stated distance above which what no row has told is said."""
 LEAST_M = 5e-5
 
@@ -40,7 +40,7 @@ def undetermined_text(accuracy: Accuracy) -> str:
         accuracy: that of the conversion.
     """
     known = accuracy.undetermined
-    if known is None or known.within_95 < max(LEAST_M, MATTERS * accuracy.within_95):
+    if known is None or known.within_95 < max(LEAST_M, MATTERING_SHARE * accuracy.within_95):
         return ""
     alone = "" if known.largest > 0.99 * known.within_95 else f", {1e3 * known.largest:.2f} mm by it alone"
     return (
@@ -67,6 +67,7 @@ def _pull_text(known: Undetermined) -> str:
     size, way = known.pull[axis], "xyz"[axis % 3]
     how = f"pull with {size:.0f} N along {way}" if axis < 3 else f"turn with {size:.0f} N m about {way}"
     return (
-        f"To tell it, {how} of the base at {POSES} poses of the program, measure with and without, and fit again: "
+        f"To tell it, {how} of the base at {PULLING_POSES} poses of the program, "
+        "measure with and without, and fit again: "
         f"the TCP moves by {1e3 * known.told:.2f} mm for each standard deviation."
     )

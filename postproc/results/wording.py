@@ -13,7 +13,7 @@ from postproc.effects.base import Effect
 from postproc.effects.parameters import unit_suffix
 from postproc.estimation.fitted import Fit
 
-FREE = "any smooth function of the channels"
+ANY_FUNCTION = "any smooth function of the channels"
 SINGLY = 48  # parameters of one effect that are told one by one
 BODIES = 7  # an array with one entry for each body counts them from the pedestal, 0
 

@@ -10,7 +10,7 @@ from postproc.compensation.correction.rigid_shift import RigidShift
 from postproc.numbers import mm
 from postproc.report.blocks import Block, DataTable, Section, Sentence, Values
 
-MOST = 3  # work objects that get a line; a table has all
+MOST_LISTED = 3  # work objects that get a line; a table has all
 SHIFT = {
     "wobj": "work object",
     "dx_mm": "x [mm]",
@@ -47,7 +47,7 @@ def work_object_section(values: Values) -> Section:
     """
     rows: Sequence[Values] = values.get("rigid_shift", ())
     welds = [row for row in rows if row["at_welds"]]
-    largest = sorted(welds or rows, key=_size, reverse=True)[:MOST]
+    largest = sorted(welds or rows, key=_size, reverse=True)[:MOST_LISTED]
     table = [[_cell(key, row[key]) for key in SHIFT] for row in rows]
     blocks: list[Block] = [*(Sentence(_line(row)) for row in largest)]
     blocks.append(DataTable("work objects", list(SHIFT.values()), table, brief=()))

@@ -22,9 +22,9 @@ Entries = Mapping[str, list[Entry]]
 """Entries of a configuration file by type."""
 
 _ENTRY = re.compile(r'-(\w+)(?:[ \t]+(?:"([^"]*)"|([^-\s"][^\s"]*|-[\d.][^\s"]*)))?')
-_TASK = re.compile(r"^>>(TASK\w*):\s*\(([^,)]*)", re.MULTILINE | re.IGNORECASE)
+_TASK_HEADING = re.compile(r"^>>(TASK\w*):\s*\(([^,)]*)", re.MULTILINE | re.IGNORECASE)
 _ARM = re.compile(r"(?:ROB\d*|IRB)_", re.IGNORECASE)
-_NUMBER = re.compile(r"[-+]?(?:\d++(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?")
+_MOC_NUMBER = re.compile(r"[-+]?(?:\d++(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?")
 SETTLE = "name the arm, `--robot NAME`, or give its model, `-m MODEL`"
 
 
@@ -78,7 +78,7 @@ def read_calibration(motion: Entries, robot: Entry) -> Calibration | None:
     stated = {i: springs[name]["compl"] for i, name in joints.items() if "compl" in springs.get(name, {})}
     if not stated:
         return None
-    compliance = {i: float(text) if _NUMBER.fullmatch(text) else math.nan for i, text in stated.items()}
+    compliance = {i: float(text) if _MOC_NUMBER.fullmatch(text) else math.nan for i, text in stated.items()}
     arms = by_name(motion, "ARM")
     calibrated = {arms.get(name, {}).get("use_arm_calib", name).lower() for name in joints.values()}
     calibrations = [e for name, e in by_name(motion, "ARM_CALIB").items() if name in calibrated]
@@ -92,7 +92,8 @@ def read_calibration(motion: Entries, robot: Entry) -> Calibration | None:
 def read_backup(folder: Path) -> Backup:
     """Read the configuration in a controller's backup; empty where a file is missing."""
     names = {
-        task.upper(): name.strip() for task, name in _TASK.findall(text_in_backup(folder, "BACKINFO", "backinfo.txt"))
+        task.upper(): name.strip()
+        for task, name in _TASK_HEADING.findall(text_in_backup(folder, "BACKINFO", "backinfo.txt"))
     }
     return Backup(names, *(read_entries(text_in_backup(folder, "SYSPAR", f"{name}.cfg")) for name in ("SYS", "MOC")))
 

@@ -8,7 +8,7 @@ from postproc.arrays import Array
 from postproc.robot.arm import Opw
 
 ZERO_POSE_AXES = np.array([[0, 0, 1], [0, 1, 0], [0, 1, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0]], dtype=float)
-NEAR = 1e-9
+SQUARE_WITHIN = 1e-9
 FLANGE = np.array(
     [[0, 0, 1], [0, 1, 0], [-1, 0, 0]], dtype=float
 )  # tool0 at the zero pose: z along base x, x downwards
@@ -23,14 +23,14 @@ def fault(link: Array, axis: Array) -> str:
     points, axes, T_flange = _at_zero(link, axis)
     wrist = _wrist(points)
     conditions = {
-        "at zero its axes are not z, y, y, x, y, x of the base": np.allclose(axes, ZERO_POSE_AXES, atol=NEAR),
-        "axes 4, 5 and 6 do not run through one point": np.allclose(points[4, 2], wrist[2], atol=NEAR)
-        and np.allclose(points[5, 1:], wrist[1:], atol=NEAR),
-        "axis 1 does not run through the origin of the base": np.allclose(points[0, :2], 0.0, atol=NEAR),
-        "axes 2 and 3 do not stand one above the other at zero": abs(points[2, 0] - points[1, 0]) < NEAR,
-        "its flange is not on axis 6": np.allclose(T_flange[1:3, 3], wrist[1:], atol=NEAR),
+        "at zero its axes are not z, y, y, x, y, x of the base": np.allclose(axes, ZERO_POSE_AXES, atol=SQUARE_WITHIN),
+        "axes 4, 5 and 6 do not run through one point": np.allclose(points[4, 2], wrist[2], atol=SQUARE_WITHIN)
+        and np.allclose(points[5, 1:], wrist[1:], atol=SQUARE_WITHIN),
+        "axis 1 does not run through the origin of the base": np.allclose(points[0, :2], 0.0, atol=SQUARE_WITHIN),
+        "axes 2 and 3 do not stand one above the other at zero": abs(points[2, 0] - points[1, 0]) < SQUARE_WITHIN,
+        "its flange is not on axis 6": np.allclose(T_flange[1:3, 3], wrist[1:], atol=SQUARE_WITHIN),
         "its flange is turned: at zero its z points along x of the base and its x downwards (`flange_rpy_deg ="
-        " [0, 90, 0]`; in a URDF a `tool0` frame)": np.allclose(T_flange[:3, :3], FLANGE, atol=NEAR),
+        " [0, 90, 0]`; in a URDF a `tool0` frame)": np.allclose(T_flange[:3, :3], FLANGE, atol=SQUARE_WITHIN),
     }
     return next((text for text, holds in conditions.items() if not holds), "")
 

@@ -18,7 +18,7 @@ from postproc.files import read_source
 from postproc.robot.arm import ACCELERATION, Robot
 from postproc.robot.opw import derive
 
-ROUNDED = 5e-4
+ROUNDED_ANGLE_RAD = 5e-4
 """Angles [rad] so near to a multiple of an eighth of a turn stand for it: 1.5708, 3.142."""
 _ANGLES = re.compile(r"(rpy\s*=\s*)([\"'])([^\"']*)\2")
 
@@ -112,7 +112,7 @@ def exact_angles(text: str) -> tuple[str, list[str]]:
             except ValueError:
                 return match[0]
             exact = step * round(angle / step)
-            if 0 < abs(angle - exact) < ROUNDED:
+            if 0 < abs(angle - exact) < ROUNDED_ANGLE_RAD:
                 if abs(angle - exact) > 1e-9:
                     rounded.add(word)
                 words[i] = repr(float(exact))

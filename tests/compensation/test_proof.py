@@ -142,7 +142,7 @@ def test_a_program_read_back_in_parts_is_proved_like_one(monkeypatch: pytest.Mon
         sizes.append(len(events))
         return read_samples(model, events, options)
 
-    monkeypatch.setattr("postproc.compensation.readback.MOST", 2)
+    monkeypatch.setattr("postproc.compensation.readback.MOST_EVENTS", 2)
     monkeypatch.setattr("postproc.compensation.readback.read_samples", read)
     parts = convert(text)
     assert len(sizes) >= 4 and max(sizes) < sum(sizes) / 2

@@ -25,7 +25,7 @@ PEAK = """
 from tests.cost import peak_mb
 import sys
 from postproc.estimation import least_squares
-least_squares.ROWS //= 10  # so that a short table has many more
+least_squares.MOST_ROWS_FITTED //= 10  # so that a short table has many more
 from tests.estimation.test_many import table
 from tests.identification.cells import base_fit
 fit = base_fit(table(int(sys.argv[1])))
@@ -61,8 +61,8 @@ def test_memory_of_a_fit_does_not_grow_with_the_rows_of_a_table():
 
 
 def test_rows_that_a_fit_takes_are_told_and_lose_nothing_that_alternates(monkeypatch):
-    monkeypatch.setattr(least_squares, "ROWS", 200)
-    monkeypatch.setattr(least_squares, "POSES", 10)
+    monkeypatch.setattr(least_squares, "MOST_ROWS_FITTED", 200)
+    monkeypatch.setattr(least_squares, "THINNED_POSES", 10)
     data = table(799)
     side = np.where(np.arange(799) % 2, 1.0, -1.0)[:, None] * np.ones(6)
     fit = base_fit(replace(data, state=data.state.with_(approach=side)))
@@ -86,7 +86,7 @@ def test_a_search_on_some_of_the_poses_loses_nothing_that_alternates():
 
 
 def test_a_few_poses_that_are_repeated_very_often_stay_all(monkeypatch):
-    monkeypatch.setattr(least_squares, "ROWS", 200)
+    monkeypatch.setattr(least_squares, "MOST_ROWS_FITTED", 200)
     data = table(30).rows(np.repeat(np.arange(30), 40))
     noise = np.random.default_rng(4).normal(0.0, NOISE, data.position.shape)
     fit = base_fit(replace(data, position=data.position + noise, pose_id=tuple(f"P{i // 40}" for i in range(1200))))

@@ -179,7 +179,7 @@ def test_how_smooth_a_map_is_many_rows_need_not_be_asked(monkeypatch):
     data, _ = cell(broadband, seed=903, poses=300)
     base = base_fit(data)
     whole = fit_model(base.model, data, [everywhere(8)])
-    monkeypatch.setattr(smooth, "ENOUGH", 400)
+    monkeypatch.setattr(smooth, "MOST_NUMBERS_SMOOTHED", 400)
     few = fit_model(base.model, data, [everywhere(8)])
     assert few.strength != whole.strength and few.data is not whole.data and len(few.data) == len(data)
     assert few.held_out_rms == pytest.approx(whole.held_out_rms, rel=0.05)

@@ -9,7 +9,7 @@ import numpy as np
 
 from postproc.effects.library.joints.backlash import Backlash
 from postproc.effects.library.loads.arm_load import ArmLoad
-from postproc.estimation.evidence import CLOSE
+from postproc.estimation.evidence import CLOSE_EVIDENCE
 from postproc.identification.candidates.candidate import Candidate
 from postproc.identification.candidates.forms import columns_of
 from postproc.identification.gain import gain
@@ -41,7 +41,7 @@ def test_what_most_poses_say_is_told_beside_what_a_few_say_loudly():
     loud[np.random.default_rng(2).choice(120, 14, replace=False)] = 8.0
     ranked, before = rivals({"backlash": loud, "arm_load": np.full(120, 0.7)})
     first, second = ranked
-    assert first.key == "backlash" and first.evidence - second.evidence > CLOSE  # not close on all poses
+    assert first.key == "backlash" and first.evidence - second.evidence > CLOSE_EVIDENCE  # not close on all poses
     assert contenders(ranked, first, before) == ["arm_load"]
 
 

@@ -70,7 +70,7 @@ def test_two_missing_effects_are_both_named():
 
 
 def test_every_step_of_a_thinned_search_is_told_for_all_rows(monkeypatch):
-    monkeypatch.setattr(refits, "ENOUGH", 220)
+    monkeypatch.setattr(refits, "MOST_NUMBERS_SEARCHED", 220)
     data, _ = cell(kinds.backlash, kinds.arm_load, seed=222, poses=120)
     found = diagnose(base_fit(data).model, data)
     assert len(found.screened.data) < 0.7 * len(data)

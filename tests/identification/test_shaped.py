@@ -113,7 +113,7 @@ def test_many_effects_load_the_arm_at_once_as_each_does_alone():
 
 
 def test_some_poses_are_fitted_as_a_penalty_asks_of_their_share(monkeypatch):
-    monkeypatch.setattr("postproc.identification.candidates.nonlinear.POSES", 30)
+    monkeypatch.setattr("postproc.identification.candidates.nonlinear.SCREENED_POSES", 30)
     fit, data, _ = _fitted(_hose)
     rng = np.random.default_rng(3)
     problem = replace(fit.problem, data=data)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from postproc.compensation.correction.inverse import DAMPING, _damped_inverses, command
+from postproc.compensation.correction.inverse import INVERSE_DAMPING, _damped_inverses, command
 from postproc.effects.base import Effect
 from postproc.effects.library.frames.tool_frame import ToolFrame
 from postproc.effects.library.joints.backlash import Backlash
@@ -144,9 +144,9 @@ def test_steps_near_a_straight_wrist_are_damped() -> None:
     q = np.tile([0.3, 0.2, 0.1, 0.4, 0.0, 0.5], (4, 1))
     q[:, 4] = [1.0, 3e-3, 1e-3, 0.0]
     size = np.linalg.svd(jacobian(model.robot, q), compute_uv=False)
-    assert size.min() < DAMPING < size[1].min()
+    assert size.min() < INVERSE_DAMPING < size[1].min()
     damped = np.linalg.svd(_damped_inverses(model, model.state(q), q), compute_uv=False)
-    np.testing.assert_allclose(damped, -np.sort(-size / (size**2 + DAMPING**2), axis=1), rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(damped, -np.sort(-size / (size**2 + INVERSE_DAMPING**2), axis=1), rtol=1e-6, atol=1e-9)
 
 
 def test_a_pose_out_of_reach_keeps_an_honest_residual() -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from postproc.rapid.diff.align import aligned
 from postproc.rapid.diff.compare import ProgramDiff, compare_programs
-from postproc.rapid.diff.pairing import ALONE, cheapest_pairs
+from postproc.rapid.diff.pairing import UNPAIRED_COST, cheapest_pairs
 from postproc.report.terminal import render_text
 from postproc.results.difference import difference_document
 from tests.rapid.build import UNUSED, module, program, target
@@ -181,14 +181,14 @@ def test_pairs_cost_least() -> None:
 
     def least(costs: np.ndarray, i: int, j: int) -> float:
         if i == 0 or j == 0:
-            return ALONE * (i + j)
+            return UNPAIRED_COST * (i + j)
         both = least(costs, i - 1, j - 1) + costs[i - 1, j - 1]
-        return min(both, ALONE + least(costs, i - 1, j), ALONE + least(costs, i, j - 1))
+        return min(both, UNPAIRED_COST + least(costs, i - 1, j), UNPAIRED_COST + least(costs, i, j - 1))
 
     for n, m in ((1, 1), (4, 6), (6, 3), (5, 5)):
         costs = rng.uniform(0, 2, (n, m))
         pairs = cheapest_pairs(n, m, lambda i, columns, c=costs: c[i, columns], -9, 9)
-        total = sum(costs[i, j] if i is not None and j is not None else ALONE for i, j in pairs)
+        total = sum(costs[i, j] if i is not None and j is not None else UNPAIRED_COST for i, j in pairs)
         assert total == pytest.approx(least(costs, n, m))
         assert [i for i, _ in pairs if i is not None] == list(range(n))
         assert [j for _, j in pairs if j is not None] == list(range(m))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from postproc.rapid.syntax.tokens import tokenize
-from postproc.render.lines import LONGEST, WIDTH, broken
+from postproc.render.lines import LINE_WIDTH, LONGEST_LINE, broken
 
 WAY = "(pS{i,2}.trans.x-pE{i,2}.trans.x)"
 PART = f"-1.5E-05*{WAY}+0.21*Pow(Distance(pS{{i,2}}.trans,pE{{i,2}}.trans)/1000,2)"
@@ -23,8 +23,8 @@ def test_it_says_the_same_on_shorter_lines(text: str, lead: str, step: str) -> N
     found = broken(text, lead, "\r\n")
     first, *others = found.split("\r\n")
     assert words(found) == words(text) and len(others) > 1
-    assert len(first) <= WIDTH and all(line.startswith(step) for line in others)
-    assert all(len(line) <= WIDTH + len(step) for line in others)
+    assert len(first) <= LINE_WIDTH and all(line.startswith(step) for line in others)
+    assert all(len(line) <= LINE_WIDTH + len(step) for line in others)
 
 
 def test_it_breaks_after_commas_and_before_signs_of_sums_alone() -> None:
@@ -36,7 +36,13 @@ def test_it_breaks_after_commas_and_before_signs_of_sums_alone() -> None:
 
 @pytest.mark.parametrize(
     "text",
-    ["ArcL p1,v100;", STATEMENT[:LONGEST], STATEMENT.replace("v100", '"a,b"'), STATEMENT + " ! c", STATEMENT + "\n"],
+    [
+        "ArcL p1,v100;",
+        STATEMENT[:LONGEST_LINE],
+        STATEMENT.replace("v100", '"a,b"'),
+        STATEMENT + " ! c",
+        STATEMENT + "\n",
+    ],
 )
 def test_what_is_short_or_has_lines_of_its_own_stays(text: str) -> None:
     assert broken(text, "  ", "\n") == text

@@ -140,7 +140,7 @@ def test_an_unknown_effect_of_the_tool_shows_along_the_way_that_it_goes() -> Non
 def test_the_page_of_a_long_table_shows_the_rows_that_were_searched(monkeypatch: pytest.MonkeyPatch) -> None:
     model, measured = sample("simulated_step.csv")
     whole = diagnosis_values(diagnosed("simulated_step.csv"))
-    monkeypatch.setattr("postproc.identification.refits.ENOUGH", 3 * len(measured) // 2)
+    monkeypatch.setattr("postproc.identification.refits.MOST_NUMBERS_SEARCHED", 3 * len(measured) // 2)
     found = diagnose(model, measured)
     assert len(found.searched.data) < 0.6 * len(found.final.data)
     assert found.suspects[0].where == "joint 4"

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from postproc.compensation.options import Options
     from postproc.settings import Settings
 
-LINES = rb"[^\n]*\n|[^\n]+"
+LINE_PATTERN = rb"[^\n]*\n|[^\n]+"
 """A difference counts lines by LF alone."""
 
 
@@ -111,8 +111,8 @@ def unified_diff(before: bytes, after: bytes, name_before: str, name_after: str)
     """Return the textual difference as ``diff -u`` prints it, with the bytes of the files unchanged."""
     lines = difflib.diff_bytes(
         difflib.unified_diff,
-        re.findall(LINES, before),
-        re.findall(LINES, after),
+        re.findall(LINE_PATTERN, before),
+        re.findall(LINE_PATTERN, after),
         os.fsencode(name_before),
         os.fsencode(name_after),
     )

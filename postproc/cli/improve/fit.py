@@ -144,10 +144,10 @@ def _check_frames(fit: Fit, fitted_effects: Set[str]) -> None:
         PostprocError: DAT030 where it misses them by over `MISMATCH_M`.
     """
     from postproc.effects.registry import effect_in_role
-    from postproc.effects.roles import FRAMES
+    from postproc.effects.roles import FRAME_ROLES
     from postproc.measure.checks.readings import MISMATCH_M
 
-    left_out = [f"`{key}`" for key in (effect_in_role(role).key for role in FRAMES) if key not in fitted_effects]
+    left_out = [f"`{key}`" for key in (effect_in_role(role).key for role in FRAME_ROLES) if key not in fitted_effects]
     if not left_out or fit.rms < NO_FRAME:
         return
     message = f"without {' and '.join(left_out)} the model misses the points by {1e3 * fit.rms:.1f} mm per axis"

@@ -21,7 +21,7 @@ from postproc.motion.values import Move
 
 PROBED = 0.002  # [m] between the places at which a law is asked
 SHARP = 1e-5  # [m] by which it may leave the straight line through two of them
-CLOSE = 0.0005  # [m] between samples of a move on which it leaves that
+CLOSE_SAMPLES_M = 0.0005  # [m] between samples of a move on which it leaves that
 
 
 def intervals_for_jumps(model: Model, moves: Sequence[Move], intervals: Array) -> Array:
@@ -45,7 +45,7 @@ def intervals_for_jumps(model: Model, moves: Sequence[Move], intervals: Array) -
             sharp |= np.abs(np.diff(part, 2, axis=0)).max(axis=1) > SHARP
     wanted = intervals.astype(float)
     jumping = np.unique(probes.move[2:][sharp & inside])
-    wanted[jumping] = np.maximum(wanted, np.ceil(length / CLOSE))[jumping]
+    wanted[jumping] = np.maximum(wanted, np.ceil(length / CLOSE_SAMPLES_M))[jumping]
     return wanted
 
 

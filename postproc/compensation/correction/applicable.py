@@ -22,7 +22,7 @@ from postproc.robot.catalogue import no_masses
 from postproc.robot.pose import displace
 
 # What a program tells of the arm's state, and what the model fills in.
-TOLD = frozenset({"q", "v", "a", "approach", "time", "payload", "wrench", *FILLED_BY_MODEL})
+KNOWN_FROM_PROGRAM = frozenset({"q", "v", "a", "approach", "time", "payload", "wrench", *FILLED_BY_MODEL})
 SAME_TOOL = 0.005  # [m]: a TCP is calibrated to a few millimetres at worst; farther apart it is another tool
 
 
@@ -48,7 +48,7 @@ def applicable_model(model: Model, events: Sequence[MotionEvent], options: Optio
     kept: list[Effect] = []
     stated = {name for name, _ in options.channels}
     joints = {} if model.station is None else model.station.joints
-    known = TOLD | ({"external_axes", *(f"eax_{axis}" for axis in joints)} if joints else set())
+    known = KNOWN_FROM_PROGRAM | ({"external_axes", *(f"eax_{axis}" for axis in joints)} if joints else set())
     source = events[0].statement.source
     findings = [d for _, _, d in doubts(model)]
     findings += [*_without_load(model, options, source), *_turned(model, events), *_of_controller(model, source)]

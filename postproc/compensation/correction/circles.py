@@ -21,7 +21,7 @@ from postproc.rapid.data.events import StatementKey
 
 BEHIND = "its circle begins where the arm stays as it is, nobody knows where: corrected points would make another one"
 BEFORE = "the arc behind it stays as it is, and with a corrected start it would be another one"
-WORSE = 1.25
+WORSE_CIRCLE = 1.25
 """How much farther off an arc may be with a corrected start: a circle point in the middle makes 1.125 of it."""
 
 
@@ -55,7 +55,7 @@ def spoiled_starts(
         wanted = exact.T_work_tcp[samples.start[i] : samples.goal[i] + 1, :3, 3]
         start, goal = ends_of(samples, written, i)
         now, before = (circle_gaps(wanted, p, via[:3, 3], goal).max() for p in (start, samples.curves.start[i]))
-        if now > WORSE * before:
+        if now > WORSE_CIRCLE * before:
             found[motion.moves[i - 1].event.statement.key] = BEFORE
     return found
 

@@ -18,12 +18,12 @@ from postproc.robot.closed_form import inverse
 from postproc.robot.kinematics import forward, jacobian
 from postproc.robot.pose import pose_error
 
-SWEEPS = 30
+INVERSE_SWEEPS = 30
 # Start joints farther from the pose [m, rad] than this are replaced by the nearest closed-form solution.
-NEAR = 5e-6
+REACHED_WITHIN = 5e-6
 SAME_ARM = 1e-6  # axes 1 to 3 that differ by less [rad] are one shoulder and elbow
-DAMPING = 1e-3  # of the Jacobian's singular values [m or rad per rad]
-TOLERANCE_M = 1e-9  # largest residual
+INVERSE_DAMPING = 1e-3  # of the Jacobian's singular values [m or rad per rad]
+INVERSE_TOLERANCE_M = 1e-9  # largest residual
 PATIENCE = 6  # sweeps of Newton steps before the closed form takes over for the poses that are left
 PROVED_M = 1e-7  # what a deflection may still move in the proof: a hundredth of the usual tolerance
 
@@ -116,9 +116,9 @@ def _whole(model: Model) -> Model:
 def _command(model: Model, state: State, desired: Array) -> tuple[Array, Array]:
     """Commanded joints (n, 6) [rad] and residuals (n,) [m] for one batch of desired poses (n, 4, 4)."""
     q, residual = _sweeps(model, state, desired, PATIENCE)
-    slow = np.flatnonzero(residual > TOLERANCE_M)
+    slow = np.flatnonzero(residual > INVERSE_TOLERANCE_M)
     if len(slow):
-        q[slow], residual[slow] = _sweeps(model, state.rows(slow), desired[slow], SWEEPS)
+        q[slow], residual[slow] = _sweeps(model, state.rows(slow), desired[slow], INVERSE_SWEEPS)
     return q, residual
 
 
@@ -151,7 +151,7 @@ def _sweeps(model: Model, state: State, desired: Array, most: int) -> tuple[Arra
         residual, last = np.maximum(still, np.abs(error).max(axis=1)), worst
         if not np.isfinite(still).all() or worst > 10.0 * REACH:
             raise unsettled(int(np.argmax(~(moved <= REACH))))
-        if residual.max(initial=0.0) <= TOLERANCE_M or sweep == most:
+        if residual.max(initial=0.0) <= INVERSE_TOLERANCE_M or sweep == most:
             break
         if sweep >= PATIENCE and model.robot.opw is not None:
             theta = _closed_form_step(model, state, theta, deflection, desired)
@@ -165,7 +165,7 @@ def _start(model: Model, state: State, desired: Array) -> Array:
     """Nominal joint angles (n, 6) of the desired poses (n, 4, 4), in the branch and turn of ``state.q``."""
     robot, q = model.robot, np.array(state.q, dtype=float)
     error = pose_error(forward(robot, q) @ state.T_flange_tcp, desired)
-    away = np.abs(error).max(axis=1, initial=0.0) > NEAR
+    away = np.abs(error).max(axis=1, initial=0.0) > REACHED_WITHIN
     if robot.opw is not None and away.any():
         tool = state.T_flange_tcp if state.T_flange_tcp.ndim == 2 else state.T_flange_tcp[away]
         q[away] = _nearest(model, desired[away] @ invert(tool), q[away])
@@ -202,11 +202,11 @@ def _error(model: Model, state: State, theta: Array, deflection: Deflection, des
 def _damped_inverses(model: Model, state: State, theta: Array) -> Array:
     """Damped inverses (n, 6, 6) of the nominal Jacobian at joint angles theta (n, 6), finite at singular poses.
 
-    They are J^T (J J^T + lambda^2)^-1 with lambda = ``DAMPING``.
+    They are J^T (J J^T + lambda^2)^-1 with lambda = ``INVERSE_DAMPING``.
     """
     J = jacobian(model.robot, theta, state.T_flange_tcp)
     Jt = np.swapaxes(J, 1, 2)
-    return Jt @ np.linalg.inv(J @ Jt + DAMPING**2 * np.eye(6))
+    return Jt @ np.linalg.inv(J @ Jt + INVERSE_DAMPING**2 * np.eye(6))
 
 
 def _closed_form_step(model: Model, state: State, theta: Array, deflection: Deflection, desired: Array) -> Array:

@@ -15,7 +15,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.motion.values import Flags
 
-_ROUNDS = 6  # of bisection: the largest deviation is then within 2 % of the smallest possible
+_PLACING_ROUNDS = 6  # of bisection: the largest deviation is then within 2 % of the smallest possible
 
 
 def perpendicular(vectors: Array, direction: Array) -> Array:
@@ -94,7 +94,7 @@ def _fewest(
     """
     best, reached = _greedy(deviation, allowed, last, tolerance)
     low, high = 0.0, tolerance
-    for _ in range(_ROUNDS if best and reached else 0):
+    for _ in range(_PLACING_ROUNDS if best and reached else 0):
         middle = 0.5 * (low + high)
         tighter, also = _greedy(deviation, allowed, last, middle)
         if also and len(tighter) <= len(best):

@@ -35,8 +35,8 @@ from postproc.robot.pose import displace, pose_error
 
 EVERY = "all"  # in place of names: all work objects were taught with this arm
 LEVER = 0.05  # share of the farthest spread of the targets below which they say nothing of a turn about that axis
-_MOST = 500  # targets of a work object that are asked
-_NUMBER = re.compile(rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+_MOST_TARGETS = 500  # targets of a work object that are asked
+_COORDINATE = re.compile(rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -211,7 +211,9 @@ def _spread_out(samples: Samples, moves: Index) -> Index:
     """Of some moves those with different goals, each place once, evenly reduced to at most 500."""
     places = samples.T_work_tcp[samples.goal[moves], :3, 3].round(6)
     rows = moves[np.sort(np.unique(places, axis=0, return_index=True)[1])]
-    return rows if len(rows) <= _MOST else rows[np.linspace(0, len(rows) - 1, _MOST).round().astype(int)]
+    return (
+        rows if len(rows) <= _MOST_TARGETS else rows[np.linspace(0, len(rows) - 1, _MOST_TARGETS).round().astype(int)]
+    )
 
 
 def _at_rest(model: Model, motion: Motion, moves: Index) -> tuple[Array, Array]:
@@ -231,7 +233,7 @@ class _Names:
         """Take the work objects that a program declares."""
         self.program = program
         self.declared = [
-            (d.name, np.array([float(n) for n in _NUMBER.findall(d.source.data[slice(*d.init)])]))
+            (d.name, np.array([float(n) for n in _COORDINATE.findall(d.source.data[slice(*d.init)])]))
             for d in program.declarations
             if d.type.lower() == "wobjdata" and d.init is not None and not d.routine
         ]

@@ -20,7 +20,7 @@ from postproc.model.undetermined import Undetermined, undetermined_under_load
 from postproc.motion.values import Index
 
 WITHIN_95 = 2.796  # 95 % of a three-dimensional normal error lie within so many standard deviations per axis
-_MOST = 500  # targets that are asked
+_MOST_TARGETS_JUDGED = 500  # targets that are asked
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,6 +132,6 @@ def expect_accuracy(model: Model, motion: Motion, source: Source) -> tuple[Accur
 def _targets(motion: Motion) -> Index:
     """Indices of the samples at the targets, evenly reduced to at most 500."""
     rows = motion.samples.goal
-    if len(rows) > _MOST:
-        rows = rows[np.linspace(0, len(rows) - 1, _MOST).round().astype(int)]
+    if len(rows) > _MOST_TARGETS_JUDGED:
+        rows = rows[np.linspace(0, len(rows) - 1, _MOST_TARGETS_JUDGED).round().astype(int)]
     return rows

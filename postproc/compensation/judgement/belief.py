@@ -15,7 +15,7 @@ from postproc.model.doubts import flange_mass
 from postproc.model.equilibrium import predict
 from postproc.motion.findings import at_move
 
-DOUBTFUL = 0.01  # [m]: most arms are off by less, calibrated or not
+DOUBTFUL_M = 0.01  # [m]: most arms are off by less, calibrated or not
 
 
 def doubt_flange_mass(model: Model, motion: Motion) -> list[Diagnostic]:
@@ -44,7 +44,7 @@ def doubt_corrections(model: Model, plan: CorrectionPlan) -> list[Diagnostic]:
     moved = np.linalg.norm(samples.curves.mounts.work(plan.exact.T_base_flange)[:, :3, 3] - wanted, axis=1)
     worst = int(np.argmax(moved))
     allowed = plan.motion.options.largest_correction_m
-    if moved[worst] <= min(DOUBTFUL, allowed):
+    if moved[worst] <= min(DOUBTFUL_M, allowed):
         return []
     state = plan.motion.at(samples.goal[[worst]])
     rigid = predict(model.with_effects(), state)[0, :3, 3]

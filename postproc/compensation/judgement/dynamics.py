@@ -11,7 +11,7 @@ from postproc.motion.timing.limits import LimitReport, check_limits, join_report
 from postproc.robot.arm import Robot
 from postproc.robot.pose import pose_error
 
-KINDS = ("speed", "acceleration", "jerk")
+LIMIT_KINDS = ("speed", "acceleration", "jerk")
 _LONGER = 1.002  # factor on the cycle time worth a word
 _SLOW = 3600.0  # [s] that no single motion is meant to take
 
@@ -41,7 +41,8 @@ def check_corrected(robot: Robot, plan: CorrectionPlan, source: Source) -> tuple
         return report, slow
     kind, joint = np.unravel_index(int(np.argmax(report.use)), report.use.shape)
     text = (
-        f"the corrected motion asks for {100 * report.use.max():.0f} % of the {KINDS[kind]} limit of joint {joint + 1}:"
+        f"the corrected motion asks for {100 * report.use.max():.0f} % of the {LIMIT_KINDS[kind]} "
+        f"limit of joint {joint + 1}:"
         f" the controller will slow down, by at most {report.slower - report.cycle_time:.1f} s over the program"
     )
     return report, [*slow, Diagnostic("CMP012", "info", text, source)]

@@ -12,7 +12,7 @@ from postproc.compensation.plan import CorrectionPlan
 from postproc.diagnostics import Diagnostic, Source
 from postproc.motion.values import Flags
 
-WORSE = 2.0  # between targets that are corrected and others that cannot be, a line may end a little farther off
+WORSE_RATIO = 2.0  # between targets that are corrected and others that cannot be, a line may end a little farther off
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +65,7 @@ def worsened(figures: PathFigures, plan: CorrectionPlan, source: Source) -> list
     burning = (figures.arc_before, figures.arc, plan.motion.options.tolerance_m)
     findings = []
     for before, after, tolerance in (burning, (figures.before, figures.after, float(plan.path_tolerance.max()))):
-        if before is not None and after is not None and after > max(tolerance, WORSE * before):
+        if before is not None and after is not None and after > max(tolerance, WORSE_RATIO * before):
             text = f"the corrected program would be {1e3 * after:.5g} mm off, the original is {1e3 * before:.5g} mm"
             help_ = "nothing is written; please report this program"
             findings.append(Diagnostic("CMP013", "error", text, source, help=help_))

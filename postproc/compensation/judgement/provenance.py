@@ -12,7 +12,7 @@ from postproc.motion.values import Move
 from postproc.rapid.syntax.spans import TargetSpans, literal
 
 PENDANT = 2  # decimals [mm] with which a pendant stores a position; zeros at the end are left out
-FEWEST = 3  # different targets: of one or two that is chance
+FEWEST_TARGETS = 3  # different targets: of one or two that is chance
 
 
 def doubt_drawn(shifts: Sequence[RigidShift], moves: Sequence[Move], options: Options) -> list[Diagnostic]:
@@ -41,14 +41,14 @@ def doubt_drawn(shifts: Sequence[RigidShift], moves: Sequence[Move], options: Op
 
 
 def _as_stored(moves: Sequence[Move]) -> bool:
-    """Whether the targets of moves are literal numbers, each with two decimals, and at least ``FEWEST`` of them."""
+    """Whether the targets of moves are numbers with two decimals, and at least ``FEWEST_TARGETS`` of them."""
     written = set[tuple[str, tuple[int, int]]]()
     for move in moves:
         spans = move.event.target_origin.base.spans
         if spans is None or _decimals(spans) != PENDANT:
             return False
         written.add((spans.source.path, spans.whole))
-    return len(written) >= FEWEST
+    return len(written) >= FEWEST_TARGETS
 
 
 def _decimals(spans: TargetSpans) -> int:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from postproc.compensation.text.values import Form
 from postproc.diagnostics import Source, Span
-from postproc.rapid.motions.regressors import NAME
+from postproc.rapid.motions.regressors import DATA_NAME
 from postproc.rapid.program.program import Program
 from postproc.rapid.syntax.expressions import read_whole_expression
 from postproc.rapid.syntax.trees import Call, Expression
@@ -40,7 +40,7 @@ def target_expression(source: Source, span: Span, program: Program) -> TargetExp
     around: Form | None = None if "offs" in own else "offset"
     if text[:1] == "[":
         return TargetExpression(around)
-    if NAME.fullmatch(text) is not None:
+    if DATA_NAME.fullmatch(text) is not None:
         return TargetExpression(around or "components")
     try:
         tree = read_whole_expression(source.data, *span)

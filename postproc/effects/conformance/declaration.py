@@ -14,7 +14,7 @@ from postproc.effects.contract import COLUMNS
 from postproc.effects.findings import finding
 from postproc.effects.parameters import Parameter, unit_suffix
 
-CHANNELS = tuple(COLUMNS)
+COLUMN_CHANNELS = tuple(COLUMNS)
 HELD = {
     column
     for key, columns in COLUMNS.items()
@@ -22,7 +22,7 @@ HELD = {
     for name in columns
     for column in (name.lower(), name.split("_")[0])
 }
-KNOWN = HELD.union(CHANNELS, FILLED_BY_MODEL, ("channels", "state", "joint_load", "body_load"))
+KNOWN_READS = HELD.union(COLUMN_CHANNELS, FILLED_BY_MODEL, ("channels", "state", "joint_load", "body_load"))
 """Columns of a table, and their beginnings (`q1`), that a state holds under other names alone."""
 
 SI = ("rad", "m", "kg", "s", "K", "N", "J", "W", "Pa", "Hz", "V", "A")
@@ -74,11 +74,10 @@ def declaration(cls: type[Effect]) -> Iterator[Diagnostic]:
             yield finding("EFF017", message, cls, member=name, help=help, warn=True)
         yield from _bounds(cls, name, meta)
     for name in columns_read(cls):
-        if name.lower() in KNOWN:
+        if name.lower() in KNOWN_READS:
             message = f"`{cls.key}` reads `{name}`, which would be a column of the table that is called so"
-            help = (
-                f'a state has {", ".join((*CHANNELS, *FILLED_BY_MODEL))}; a column is named itself: reads=("rail_m",)'
-            )
+            known = ", ".join((*COLUMN_CHANNELS, *FILLED_BY_MODEL))
+            help = f'a state has {known}; a column is named itself: reads=("rail_m",)'
             yield finding("EFF016", message, cls, help=help)
     if not cls.parameters():
         yield finding("EFF016", f"`{cls.key}` has no parameters", cls, help="declare what a fit may move with `param`")
@@ -124,4 +123,4 @@ def columns_read(cls: type[Effect]) -> tuple[str, ...]:
 
     They are its ``reads`` without the channels of a state, what the model fills in, and ``row``.
     """
-    return tuple(n for n in cls.reads if n not in (*CHANNELS, *FILLED_BY_MODEL, "row"))
+    return tuple(n for n in cls.reads if n not in (*COLUMN_CHANNELS, *FILLED_BY_MODEL, "row"))

@@ -61,7 +61,7 @@ def _helps(cls: type[Effect], error: BaseException) -> Iterator[str]:
         if owner in (cls, State):
             has = f"{'a state' if owner is State else f'`{cls.key}`'} has {', '.join(known) or 'no parameters'}"
             yield meant or has
-    yield from (help_ for kind, words, help_ in HELPS if isinstance(error, kind) and words in text)
+    yield from (help_ for kind, words, help_ in FAILURE_HELPS if isinstance(error, kind) and words in text)
     yield (
         "it is asked for many states at once: `from postproc.effects.example import example_state` gives the 240 on "
         "which it was tried"
@@ -70,7 +70,7 @@ def _helps(cls: type[Effect], error: BaseException) -> Iterator[str]:
 
 CHANNEL_OF = {"body_load": "load", **{field: channel for channel, field in FIELDS.items()}}
 """How an effect declares a field of the state that has another name."""
-HELPS: tuple[tuple[type[BaseException], str, str], ...] = (
+FAILURE_HELPS: tuple[tuple[type[BaseException], str, str], ...] = (
     (NameError, "", "define it above the class, import it, or declare it with `param`"),
     (ImportError, "", "install that package beside postproc, or do without it"),
     (IndexError, "", "counting starts at 0: joints are 0 to 5, bodies 0 to 6"),

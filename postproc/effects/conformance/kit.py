@@ -20,9 +20,9 @@ from postproc.effects.conformance.trial import contribution, displaced, locked, 
 from postproc.effects.example import example_arm, example_state
 from postproc.effects.findings import describe, finding
 
-ROWS = 240
+TRIAL_ROWS = 240
 MOST_VARIANTS = 12
-MOST = 0.02
+LARGEST_MOVE = 0.02
 """Move [m] and turn [rad] that no single cause makes at its ordinary size: an arm as delivered is within 10 mm."""
 
 
@@ -31,7 +31,7 @@ def check_effect(cls: type[Effect]) -> list[Diagnostic]:
     found = list(declaration(cls))
     if has_errors(found):
         return found
-    state = _declared_channels(cls, example_state(ROWS))
+    state = _declared_channels(cls, example_state(TRIAL_ROWS))
     for check in (_shapes, _null, _rows, _repeats, _derivative, _pickles, _identifiable, _sizes, _columns):
         try:
             found += check(cls, state)
@@ -46,7 +46,7 @@ def check_effect(cls: type[Effect]) -> list[Diagnostic]:
 
 def _declared_channels(cls: type[Effect], state: State) -> State:
     """Return the state with only q and what the effect reads, all arrays read-only."""
-    along = np.arccos(np.linspace(-1.0, 1.0, ROWS))
+    along = np.arccos(np.linspace(-1.0, 1.0, TRIAL_ROWS))
     extra = {name: np.cos((k + 1) * along) for k, name in enumerate(columns_read(cls))}
     keep = {
         "payload": ("payload_mass", "payload_center"),
@@ -180,8 +180,8 @@ def _sizes(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
         # (18, 6): joints; bodies 0 to 6, tool and instrument; torques; wrenches on bodies 0 to 6
         size = np.abs(contribution(_sized(form.effect), state)).max(axis=0).reshape(18, 6)
         for member, does, largest, most in (
-            ("displacement", "turns something by {:.3g} rad", max(size[0].max(), size[1:10, 3:].max()), MOST),
-            ("displacement", "moves something by {:.3g} m", size[1:10, :3].max(), MOST),
+            ("displacement", "turns something by {:.3g} rad", max(size[0].max(), size[1:10, 3:].max()), LARGEST_MOVE),
+            ("displacement", "moves something by {:.3g} m", size[1:10, :3].max(), LARGEST_MOVE),
             ("load", "pulls with {:.3g} N", size[11:, :3].max(), weight),
             ("load", "turns with {:.3g} N m", max(size[10].max(), size[11:, 3:].max()), weight * reach),
         ):

@@ -12,7 +12,7 @@ from postproc.estimation.fitted import Fit
 from postproc.estimation.problem import Problem, Weights
 from postproc.measure.checks.repeats import Noise
 
-SILENT = 0.01
+SILENT_SHARE = 0.01
 """Share of the noise's variance below which rounding does not matter."""
 DENIED = 6.1
 """Log-likelihood by which the points must speak against rounding: of tables that were rounded 1 % deny it so clearly,
@@ -34,7 +34,7 @@ def blurred(problem: Problem, noise: Noise) -> tuple[Problem, Noise]:
     own = J @ np.swapaxes(J, 1, 2) * problem.data.step**2 / 12
     values = problem.weights.values[:, :size, None]
     common = values * own * np.swapaxes(values, 1, 2)
-    if float(np.mean(np.trace(common, axis1=1, axis2=2))) <= SILENT * size:
+    if float(np.mean(np.trace(common, axis1=1, axis2=2))) <= SILENT_SHARE * size:
         return problem, noise
     each = np.bincount(problem.data.repeats)[problem.data.repeats]
     turn = np.linalg.inv(np.linalg.cholesky(np.eye(size) + common * each[:, None, None]))

@@ -11,7 +11,7 @@ from postproc.measure.measurements import Measurements
 from postproc.measure.read.terms import accepted
 from postproc.model.arm import Model
 
-CLOCKS = {"row": "row", "time": "time_s"}
+CLOCK_COLUMNS = {"row": "row", "time": "time_s"}
 """Channels that begin anew with every session, and their columns."""
 
 
@@ -26,14 +26,13 @@ def session_laws(model: Model, data: Measurements) -> list[Diagnostic]:
     """
     found = []
     for effect in model.effects:
-        clocks = [clock for clock in CLOCKS if clock in effect.reads and data.state.channel(clock) is not None]
+        clocks = [clock for clock in CLOCK_COLUMNS if clock in effect.reads and data.state.channel(clock) is not None]
         if effect.is_null or effect.key == "outlier" or _fitted_to(model, data):
             continue
         for clock in clocks:
             foreign = _beyond_times(model, data) if clock == "time" else data.counted
-            message = (
-                f"`{effect.key}` follows `{CLOCKS[clock]}` of the table that it was fitted to, and this is another"
-            )
+            column = CLOCK_COLUMNS[clock]
+            message = f"`{effect.key}` follows `{column}` of the table that it was fitted to, and this is another"
             if clock == "time":
                 message += ": its times lie beyond those" if foreign else ", whose times may be of the same session"
             help_ = "take the effect out of the model, or fit it to this session"

@@ -12,17 +12,17 @@ from postproc.estimation.posterior import yielding
 from postproc.estimation.priors import is_placed, prior_of
 from postproc.estimation.solving.determined import slope
 
-PASSES = 4
-STILL = 0.02
+SETTLE_PASSES = 4
+SETTLED_CHANGE = 0.02
 """Standard deviations below which a move of every parameter is none."""
 
 
 def settled(fit: Fit) -> Fit:
     """Return the fit at the likeliest parameters of its posterior, where what no row tells stands at its prior.
 
-    The model bends little on the way: the posterior is computed again where it moves by more than `STILL`.
+    The model bends little on the way: the posterior is computed again where it moves by more than `SETTLED_CHANGE`.
     """
-    for _ in range(PASSES):
+    for _ in range(SETTLE_PASSES):
         after = fit.posterior
         names = (*after.names, *after.left_open)
         vectors = {e.key: e.vector().copy() for e in fit.model.effects}
@@ -37,7 +37,7 @@ def settled(fit: Fit) -> Fit:
         moved = np.abs(after.mean - before) / np.maximum(after.deviations, 1e-300)
         bound = tuple(sorted(stopped))
         fit = replace(fit, problem=problem, held=at.held, at_bound=bound, columns=at.columns, penalty=at.penalty)
-        if not (moved > STILL).any():
+        if not (moved > SETTLED_CHANGE).any():
             break
     pull, centre = _pulled(fit)
     return replace(fit, pull=pull, centre=centre)

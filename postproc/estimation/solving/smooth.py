@@ -14,7 +14,7 @@ from postproc.estimation.linear import Linear, basis_of
 from postproc.estimation.problem import Problem
 
 STRENGTHS = np.geomspace(1e-3, 1e3, 121)
-ENOUGH = 8000
+MOST_NUMBERS_SMOOTHED = 8000
 """Measured numbers on which the choice is made; long records are thinned to that."""
 HALF = 0.5
 """Share of the numbers, parameters taken off, that a free function may take up at most."""
@@ -91,8 +91,8 @@ def likeliest(known: Linear, few: Problem, form: Effect) -> Smoothness:
 
 
 def enough_for_smoothness(problem: Problem) -> Problem:
-    """Return a problem thinned to every k-th pose, about `ENOUGH` measured numbers; unchanged where it has no more."""
-    step = -(-len(problem.residual) // ENOUGH)
+    """Return a problem thinned to every k-th pose, at most about `MOST_NUMBERS_SMOOTHED` measured numbers."""
+    step = -(-len(problem.residual) // MOST_NUMBERS_SMOOTHED)
     return problem if step < 2 else problem.some(problem.data.one_in(step))
 
 

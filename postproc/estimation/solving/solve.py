@@ -16,20 +16,20 @@ from postproc.estimation.priors import prior_of
 from postproc.estimation.problem import Problem
 from postproc.estimation.solving.determined import slope
 from postproc.estimation.solving.reweight import reweighted
-from postproc.estimation.solving.start import FEWEST
+from postproc.estimation.solving.start import FEWEST_POSES_TO_PLACE
 from postproc.estimation.solving.step import Masks, Name, Slope, sizes
 from postproc.measure.checks.repeats import Noise
 
-SWEEPS = 40
+FIT_SWEEPS = 40
 ROUNDS = 6
 """Sweeps in which weights follow the residual; twice as many for robust fits."""
-BENT = 0.02
+BENT_SHARE = 0.02
 """Share of a step by which the model may miss what its slope foretold before the slope is renewed."""
 FAITHFUL = 5e-3
 """The same where the slope still holds at the end of the step (no slope knows how loads follow a move)."""
 SETTLED, ROUGHLY = 1e-7, 1e-4
 """Share of the sum of squares below which a step is none; for a fit that only has to be compared with others."""
-NOTHING = 1e-3
+LEAST_STEP_SHARE = 1e-3
 """Share of what one number has of the sum of squares: steps below it are a thirtieth of a standard deviation."""
 LEAST, FREED, UNFAITHFUL = 1e-3, 1e-6, 1e-2
 """Damping with which steps begin to be held back and below which they are free again, and the share of the foretold
@@ -85,7 +85,7 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
         """Return the slope at the present problem, some parameters left out."""
         return slope(problem, terms.free, replaced | frozen, terms.strength, kept)
 
-    for sweep in range(SWEEPS):
+    for sweep in range(FIT_SWEEPS):
         if sweep < (2 * ROUNDS if terms.robust else ROUNDS):
             weights, aside = reweighted(problem, base, noise, terms.robust)
             if not np.allclose(weights.values, problem.weights.values, rtol=1e-3, atol=0.0):
@@ -99,7 +99,7 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
             if problem is not place:
                 at = None
                 continue
-        little = max(terms.closely, NOTHING / len(problem.residual)) * at.cost(problem) + 1e-12
+        little = max(terms.closely, LEAST_STEP_SHARE / len(problem.residual)) * at.cost(problem) + 1e-12
         further, fallen, stopped, held_back = advance(problem, at, little, damping, 10 if good else 2)
         damping = held_back if good else damping
         settled = fallen <= little
@@ -112,7 +112,7 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
         bends = np.inf if further is problem else at.bends(problem, further)
         good = good and bends < FAITHFUL and at.still_holds(problem, further)
         problem = further
-        if not good and (settled or bends > BENT):
+        if not good and (settled or bends > BENT_SHARE):
             at = None
     stopped |= replaced
     # Screening looks for directions beside these columns: they must be those of the very place.
@@ -213,7 +213,7 @@ def _require_enough(problem: Problem, fitted: int) -> None:
     """
     rows, poses = len(problem.data), len(np.unique(np.round(problem.data.state.q, 6), axis=0))
     numbers, told = len(problem.residual), f"{len(problem.residual)} measured numbers"
-    if poses < min(FEWEST, rows):
+    if poses < min(FEWEST_POSES_TO_PLACE, rows):
         # Rows of one pose tell the noise, and nothing of the arm.
         numbers, told = numbers * poses // rows, f"{rows} rows of {poses} pose{'s' * (poses > 1)}"
     if numbers <= fitted:

@@ -17,7 +17,7 @@ from postproc.estimation.problem import Problem
 from postproc.measure.alignment import Alignment, align
 from postproc.measure.checks.readings import CLEARER, SUSPICIOUS_M, PlacedArm
 
-FEWEST = 4
+FEWEST_POSES_TO_PLACE = 4
 """Poses that place an instrument, and below which all rows of a pose count as one."""
 
 
@@ -33,7 +33,7 @@ def start_frames(problem: Problem) -> Problem:
         return _placed(problem, rows)
     session = data.state.session_of_rows
     first = np.asarray(rows & (session == session[np.argmax(rows)]))
-    moved = _moved_sessions(_placed(problem, first), session, rows) if first.sum() >= FEWEST else {}
+    moved = _moved_sessions(_placed(problem, first), session, rows) if first.sum() >= FEWEST_POSES_TO_PLACE else {}
     if not moved:
         return _placed(problem, rows)
     begun = _placed(problem, np.asarray(rows & ~np.isin(session, list(moved))))
@@ -73,7 +73,7 @@ def elsewhere(begun: Problem, rows: NDArray[np.bool_]) -> Alignment | None:
         begun: the problem with the instrument where the model has it; rows: (n,) mask.
     """
     error = np.linalg.norm(begun.error[rows, :3], axis=1)
-    if rows.sum() < FEWEST or np.median(error) < SUSPICIOUS_M:
+    if rows.sum() < FEWEST_POSES_TO_PLACE or np.median(error) < SUSPICIOUS_M:
         return None
     place = align(begun.rest.T_reference_tcp[rows], begun.data.position[rows], tool=False)
     return place if place.typical < np.median(error) / CLEARER else None
@@ -96,7 +96,7 @@ def _placed(problem: Problem, rows: NDArray[np.bool_]) -> Problem:
     model, data = problem.model, problem.data
     frame, tool = model.in_role(Role.INSTRUMENT_FRAME), model.in_role(Role.TOOL_FRAME)
     fresh = [e for e in (frame, tool) if e is not None and e.is_null]
-    if not fresh or rows.sum() < FEWEST or frame is None or not frame.is_null:
+    if not fresh or rows.sum() < FEWEST_POSES_TO_PLACE or frame is None or not frame.is_null:
         return problem
     T = PlacedArm(model.robot, data.state.T_reference_base).flange(data.state.q)
     nominal = data.state.T_flange_tcp if data.tool_known else model.T_flange_tcp

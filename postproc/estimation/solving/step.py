@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.effects.base import Effect
 from postproc.effects.similarity import ordinary_sizes
-from postproc.estimation.linear import MANY
+from postproc.estimation.linear import MANY_COLUMNS
 from postproc.estimation.problem import Problem, Weights
 
 SMALL = 0.3
 """Share of its ordinary size by which a parameter may move without changing the others' columns."""
 
-DAMPING = 1e-9
+STEP_DAMPING = 1e-9
 """Least pull on a column of unit length, a hundredth of what a column must say of its own to be fitted."""
 
 Masks = Mapping[str, NDArray[np.bool_]]
@@ -65,11 +65,11 @@ class Slope:
     def factor(self) -> Array:
         """(p, p) upper triangular R of [A; diag(anchor)] = Q R, for columns scaled to length 1.
 
-        Over `MANY` columns go through the normal equations, whose rounding errors the next steps of the fit correct.
+        More than `MANY_COLUMNS` go through the normal equations, whose rounding errors the next steps correct.
         """
         # What hardly anything determines is damped, so that every step has one solution.
-        pull = np.maximum(self.anchor / self.length, DAMPING)
-        if len(self.parameters) > MANY:
+        pull = np.maximum(self.anchor / self.length, STEP_DAMPING)
+        if len(self.parameters) > MANY_COLUMNS:
             from scipy.linalg import LinAlgError, cholesky
 
             gram = (self.columns.T @ self.columns) / np.outer(self.length, self.length)

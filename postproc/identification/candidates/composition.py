@@ -16,7 +16,7 @@ from postproc.identification.candidates.candidate import Candidate, Screen, kind
 from postproc.identification.candidates.forms import Form, Forms, columns_of, forms_nearby
 from postproc.identification.gain import DIM, Gain, gain, gains
 
-EACH = 2
+STARTS_OF_EACH = 2
 """Starts of every law, pair of bodies .. from which what forms an effect is looked for."""
 
 
@@ -76,7 +76,7 @@ def _starts(forms: Forms, worth: Array) -> list[int]:
     """
     order = np.argsort(-worth, kind="stable").tolist()
     kinds = [kind(form.effect) for form in forms]
-    return [i for at, i in enumerate(order) if [kinds[k] for k in order[:at]].count(kinds[i]) < EACH]
+    return [i for at, i in enumerate(order) if [kinds[k] for k in order[:at]].count(kinds[i]) < STARTS_OF_EACH]
 
 
 def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float, widest: float = np.inf) -> Candidate:

@@ -16,7 +16,7 @@ from postproc.effects.sums import SumOfTerms
 from postproc.estimation.problem import Problem
 from postproc.model.arm import Model
 
-CHUNK = 4e6
+NUMBERS_AT_ONCE = 4e6
 """Numbers in the columns of forms that are screened together: 32 MB."""
 
 
@@ -96,12 +96,12 @@ class Forms:
 
     @classmethod
     def of(cls, every: Iterable[Form]) -> Forms:
-        """Return forms with their columns stacked by width, at most `CHUNK` numbers in a stack."""
+        """Return forms with their columns stacked by width, at most `NUMBERS_AT_ONCE` numbers in a stack."""
         forms, stacks, alike = list(every), list[Stack](), dict[int, list[int]]()
         for i, form in enumerate(forms):
             alike.setdefault(form.width, []).append(i)
         for width, index in alike.items():
-            for rows in blocks(len(index), max(1, int(CHUNK / forms[index[0]].columns.size))):
+            for rows in blocks(len(index), max(1, int(NUMBERS_AT_ONCE / forms[index[0]].columns.size))):
                 stacks.append(Stack.of([forms[i] for i in index[rows]], index[rows]))
                 for k, i in enumerate(index[rows]):
                     forms[i] = replace(forms[i], columns=stacks[-1].values[:, k * width : (k + 1) * width])

@@ -12,7 +12,7 @@ from postproc.arrays import Array
 from postproc.effects.asking import displacement_of, loads_of
 from postproc.effects.base import Effect
 from postproc.effects.similarity import ordinary_sizes
-from postproc.estimation.evidence import CLOSE, f_test
+from postproc.estimation.evidence import CLOSE_EVIDENCE, f_test
 from postproc.estimation.linear import Linear
 from postproc.estimation.problem import Problem
 from postproc.estimation.solving.determined import pull
@@ -20,14 +20,14 @@ from postproc.identification.candidates.candidate import Candidate, Screen, kind
 from postproc.identification.gain import laplace
 from postproc.model.derivatives.places import displacement_parts, load_parts
 
-POSES = 120
+SCREENED_POSES = 120
 """Poses on which a shape is looked for; parameters of the fit ask for more."""
 STAGES = ((3, 6), (6, 4), (25, 3))
 """Steps of a search, and how many laws, pairs of bodies .. go on after them, each from its best start.
 
 No start is left out by what its columns alone explain: the ends of a hose may be right where they explain least.
 """
-ENOUGH = 3e-3
+LAST_STEP_SHARE = 3e-3
 """Share of the sum of squares below which a step is the last."""
 AT_LAST = 60, 1e-6
 """Steps on all poses in the end, and that share: a full fit follows, whose every step costs as much as ten of these."""
@@ -84,7 +84,7 @@ class SubsampledProblem:
 
 
 def subsampled(screen: Screen, linear: Linear) -> SubsampledProblem:
-    """Return every k-th pose of the screen's problem, about `POSES` or twice the number of parameters.
+    """Return every k-th pose of the screen's problem, about `SCREENED_POSES` or twice the number of parameters.
 
     With U U^T the hat matrix of the whole, that of some rows is U_s (U_s^T U_s + f (I - U^T U))^-1 U_s^T: a penalty, if
     there is one, counts by the share f of the rows.
@@ -93,7 +93,7 @@ def subsampled(screen: Screen, linear: Linear) -> SubsampledProblem:
         linear: the fit on all poses.
     """
     problem, known = screen.problem, screen.stock.by_load
-    step = max(1, round(len(problem.data) / max(POSES, 2 * linear.parameters)))
+    step = max(1, round(len(problem.data) / max(SCREENED_POSES, 2 * linear.parameters)))
     if step == 1:
         return SubsampledProblem(problem, linear, known)
     some = np.arange(len(problem.data)) % step == 0
@@ -137,7 +137,7 @@ def refit_form(screen: Screen, linear: Linear, candidate: Candidate, least: floa
     whole = SubsampledProblem(screen.problem, linear, screen.stock.by_load)
     some = [_optimised(whole, c, *AT_LAST)[0] for c in some]
     every = sorted((_judged(screen, linear, c) for c in some), key=lambda c: -c.evidence)
-    near = tuple(c for c in every if c.evidence > every[0].evidence - CLOSE)
+    near = tuple(c for c in every if c.evidence > every[0].evidence - CLOSE_EVIDENCE)
     return replace(max(every[0], candidate, key=lambda c: c.evidence), visible=candidate.visible, starts=near)
 
 
@@ -148,7 +148,7 @@ def _relatives(screen: Screen, start: Candidate) -> list[Candidate]:
 
 
 def _optimised(
-    seen: SubsampledProblem, start: Candidate, tries: int, closely: float = ENOUGH
+    seen: SubsampledProblem, start: Candidate, tries: int, closely: float = LAST_STEP_SHARE
 ) -> tuple[Candidate, float]:
     """Return a candidate with its parameters optimized on some poses, and the sum of squares that is left there.
 
@@ -186,7 +186,7 @@ def optimise_nonlinear(
     effect: Effect,
     free: NDArray[np.bool_],
     tries: int = STAGES[-1][0],
-    closely: float = ENOUGH,
+    closely: float = LAST_STEP_SHARE,
 ) -> tuple[Effect, float]:
     """Return the effect with its free parameters at the least sum of squares, and that sum.
 
@@ -194,7 +194,7 @@ def optimise_nonlinear(
 
     Args:
         seen: the poses that count; free: (q,) mask; tries: steps at most.
-        closely: share of the sum of squares below which a step is the last; below `ENOUGH` the weak `pull` is added.
+        closely: share of the sum of squares below which a step is the last; below `LAST_STEP_SHARE` `pull` is added.
     """
     from scipy.optimize import least_squares
 
@@ -215,7 +215,7 @@ def optimise_nonlinear(
         return seen.linear.project(seen.answers(effects))
 
     # The first steps of a hose that hardly pulls yet would lead to where it does nothing.
-    weak = pull(seen.problem, effect)[index] * (closely < ENOUGH)
+    weak = pull(seen.problem, effect)[index] * (closely < LAST_STEP_SHARE)
 
     def rest(z: Array) -> Array:
         """Return the residual at z, and the weak pulls below it."""

@@ -20,7 +20,7 @@ from postproc.estimation.solving.step import Name
 from postproc.identification.diagnose import diagnose
 from postproc.identification.diagnosis import Diagnosis
 from postproc.identification.planning.design import separate, sharpen
-from postproc.identification.planning.room import ANYWHERE, Room
+from postproc.identification.planning.room import WHOLE_RANGE, Room
 from postproc.identification.refits import refit_all
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
@@ -28,7 +28,7 @@ from postproc.model.equilibrium import predict
 from postproc.model.reference import as_written, with_axes
 
 CANDIDATES = 3000
-APART = 5.0
+TELLING_SIGMAS = 5.0
 """Standard deviations by which a difference must stand out before it tells two effects apart."""
 SEED = 20
 
@@ -100,7 +100,7 @@ def plan_poses(
     extra_effects: Iterable[type[Effect]] = (),
     *,
     noise: float | None = None,
-    room: Room = ANYWHERE,
+    room: Room = WHOLE_RANGE,
 ) -> MeasuringPlan:
     """Choose n poses one after another from random reachable ones.
 

@@ -44,4 +44,4 @@ class Room:
         return good
 
 
-ANYWHERE = Room()
+WHOLE_RANGE = Room()

@@ -13,10 +13,10 @@ from postproc.measure.measurements import Measurements
 from postproc.measure.read.cells import Cells
 from postproc.measure.significance import CHANCE
 
-SHOWN = 5
+SHOWN_COPIES = 5
 UNTOLD = 3e-5
 """Scatter [m], [rad] of readings of one pose where no two that differ tell it: that of an ordinary arm and tracker."""
-STEPS = [float(f"{digit}e{power}") for power in range(1, -8, -1) for digit in (5, 2, 1)]
+ROUNDING_STEPS = [float(f"{digit}e{power}") for power in range(1, -8, -1) for digit in (5, 2, 1)]
 """Steps in which an instrument may count [mm], [mrad], the coarsest first."""
 
 
@@ -40,7 +40,7 @@ def check_copies(data: Measurements, cells: Cells) -> list[Diagnostic]:
     message = "row {} repeats row {} digit by digit: readings with noise do not agree so by chance"
     return [
         Diagnostic("DAT006", "warning", message.format(i + 1, first + 1), cells.source, cells.span(i), help_)
-        for i, first in pairs[:SHOWN]
+        for i, first in pairs[:SHOWN_COPIES]
     ]
 
 
@@ -67,7 +67,7 @@ def _by_chance(data: Measurements, copies: Sequence[int]) -> bool:
 def _step(column: Array) -> float:
     """Return the step [m], [rad] in which a column (n,) counts: the coarsest of which all its numbers are multiples."""
     thousandths = 1e3 * column[np.isfinite(column)]
-    for step in STEPS:
+    for step in ROUNDING_STEPS:
         if np.allclose(thousandths, np.round(thousandths / step) * step, rtol=0, atol=1e-8):
             return 1e-3 * step
     return 0.0

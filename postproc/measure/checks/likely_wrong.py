@@ -26,12 +26,12 @@ from postproc.measure.checks.readings import (
 )
 from postproc.measure.checks.sizes import check_sizes
 from postproc.measure.consensus import FEWEST_PLACED, LEAST_M, TIMES, Agreement, poses_among, sessions_of
-from postproc.measure.measurements import FEWEST, Measurements
+from postproc.measure.measurements import FEWEST_ROWS_JUDGED, Measurements
 from postproc.measure.read.cells import Cells
-from postproc.measure.read.values.turns import FOLLOWS, Turns
+from postproc.measure.read.values.turns import LARGEST_FLANGE_TURN_RAD, Turns
 from postproc.robot.arm import Robot
 
-SHOWN = 5
+SHOWN_ROWS = 5
 COARSE = 0.99 * np.radians(0.01)
 """Step of angles [rad] whose rounding stands beside the noise of an instrument."""
 MANY_FAR = 20
@@ -67,8 +67,8 @@ def check_measurements(
         *check_sizes(data, robot, cells),
     ]
     rows = agreed.rows
-    if data.tool_known or poses_among(data.state.q[rows]) < FEWEST:
-        small = len(data) >= FEWEST and np.nanmax(np.abs(data.state.q), initial=0) < RADIANS_BELOW
+    if data.tool_known or poses_among(data.state.q[rows]) < FEWEST_ROWS_JUDGED:
+        small = len(data) >= FEWEST_ROWS_JUDGED and np.nanmax(np.abs(data.state.q), initial=0) < RADIANS_BELOW
         radians = [_finding("warning", *RADIANS, cells)] if small else []
         turned = _check_orientations(data, robot, rows, cells, turns)
         return found + radians + turned + _check_limits(data, robot, cells) + _check_points(data, agreed, cells, unit)
@@ -109,8 +109,8 @@ def _check_cells(data: Measurements, cells: Cells, measured: bool) -> list[Diagn
 def _listed(some: NDArray[np.bool_]) -> str:
     """Return the rows that a mask (n,) marks in words, counted from 1: ``rows 1, 4, 9``; the first five of many."""
     rows = [str(i + 1) for i in np.flatnonzero(some)]
-    more = f" and {len(rows) - SHOWN} more" if len(rows) > SHOWN else ""
-    return f"row{'s' if rows[1:] else ''} {', '.join(rows[:SHOWN])}{more}"
+    more = f" and {len(rows) - SHOWN_ROWS} more" if len(rows) > SHOWN_ROWS else ""
+    return f"row{'s' if rows[1:] else ''} {', '.join(rows[:SHOWN_ROWS])}{more}"
 
 
 def _check_rounding(data: Measurements, cells: Cells) -> list[Diagnostic]:
@@ -187,7 +187,7 @@ def _check_readings(
             f"no session has more than {poses[largest]} poses, and the points were not all seen from one place: "
             "nothing tells where the instrument stood"
         )
-        help_ = f"measure {FEWEST} poses or more from each place of the instrument, in one session"
+        help_ = f"measure {FEWEST_ROWS_JUDGED} poses or more from each place of the instrument, in one session"
         return found("error", message, help_)
     help_ = "check the robot's name, the joint zeros and signs, and that joints and points belong to the same rows"
     if arm.T_reference_base is not None:
@@ -202,11 +202,11 @@ def _agree(arm: PlacedArm, angles: Array, as_read: Array, turns: Turns | None) -
         arm: at the n rows; angles: (n, 6) the others [rad]; as_read: (n, 6) [rad].
     """
     good = np.zeros(len(angles), dtype=bool) if turns is None else np.isfinite(turns.numbers).all(axis=1)
-    if turns is None or good.sum() < FEWEST:
+    if turns is None or good.sum() < FEWEST_ROWS_JUDGED:
         return True
     shown = replace(turns, numbers=turns.numbers[good])
     off, before = (shown.off(arm.rows(good).flange(q[good])[:, :3, :3], None) for q in (angles, as_read))
-    return off is None or before is None or off < max(FOLLOWS, before)
+    return off is None or before is None or off < max(LARGEST_FLANGE_TURN_RAD, before)
 
 
 def _slip(before: int, after: int, k: int, rows: NDArray[np.int_], cells: Cells) -> Diagnostic:
@@ -237,16 +237,16 @@ def _check_orientations(
     if turns is None:
         return []
     some = np.flatnonzero(np.isfinite(turns.numbers).all(axis=1) & np.isfinite(data.state.q).all(axis=1))[:200]
-    if len(some) < FEWEST:
+    if len(some) < FEWEST_ROWS_JUDGED:
         return []
     arm = PlacedArm(robot, data.state.T_reference_base)
     flange = arm.rows(some).flange(data.state.q[some])[:, :3, :3]
     placed = None
-    if len(rows) >= FEWEST:
+    if len(rows) >= FEWEST_ROWS_JUDGED:
         placed = align_arm(arm.rows(rows), data.state.q[rows], data.position[rows]).T_instrument_base[:3, :3]
     shown = replace(turns, numbers=turns.numbers[some])
     off = shown.off(flange, placed)
-    if off is None or off < FOLLOWS:
+    if off is None or off < LARGEST_FLANGE_TURN_RAD:
         return []
     message = (
         f"the measured orientations do not follow the arm: they are {np.degrees(off):.0f} deg off in the median row"
@@ -264,7 +264,7 @@ def _check_limits(data: Measurements, robot: Robot, cells: Cells) -> list[Diagno
     margin = np.deg2rad(1.0)
     beyond = (data.state.q > robot.upper + margin) | (data.state.q < robot.lower - margin)
     found = []
-    for i in np.flatnonzero(beyond.any(axis=1))[:SHOWN]:
+    for i in np.flatnonzero(beyond.any(axis=1))[:SHOWN_ROWS]:
         j = int(np.flatnonzero(beyond[i])[0])
         message = (
             f"joint {j + 1} stands at {np.rad2deg(data.state.q[i, j]):.1f} deg, outside its limits "

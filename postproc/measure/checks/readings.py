@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.diagnostics import PostprocError
-from postproc.measure.alignment import SAME, Alignment, align
+from postproc.measure.alignment import SAME_SCALE, Alignment, align
 from postproc.measure.read.values.units import UNITS
 from postproc.robot.arm import Robot
 from postproc.robot.catalogue import list_robots, load_robot
@@ -26,7 +26,7 @@ SAME_LENGTHS_M = 1e-9
 """Arms that a table fits equally well have the same lengths."""
 CLEARER = 5.0
 """Another reading of columns is named only where it follows the arm this many times better."""
-LENGTHS: Mapping[str, str] = {"mm": "millimetres", "m": "metres", "um": "micrometres", "in": "inches"}
+LENGTH_UNITS: Mapping[str, str] = {"mm": "millimetres", "m": "metres", "um": "micrometres", "in": "inches"}
 RENAME = "rename the columns, or give the right ones in a column map"
 STRAY = 20.0
 STAY = 1e-2
@@ -38,7 +38,7 @@ RADIANS = (
     "the joint angles are all below 7 deg: they look like radians, not degrees",
     "give the unit in a column map: q1_deg = {name = .., unit = 'rad'}",
 )
-TURNS = 4 * np.pi
+MOST_TURNS_RAD = 4 * np.pi
 """No joint turns so far."""
 DEGREES = (
     "the joint angles look like degrees, not radians",
@@ -84,7 +84,7 @@ def near(position: Array) -> NDArray[np.bool_]:
 
 def fits(found: Alignment) -> bool:
     """Return whether an alignment fits: within 10 mm in the median row, not mirrored, scale within 5 % of 1."""
-    return found.typical < SUSPICIOUS_M and not found.mirrored and abs(found.scale - 1) < SAME
+    return found.typical < SUSPICIOUS_M and not found.mirrored and abs(found.scale - 1) < SAME_SCALE
 
 
 def other_lengths(unit: str) -> Iterator[tuple[float, str, str]]:
@@ -92,9 +92,9 @@ def other_lengths(unit: str) -> Iterator[tuple[float, str, str]]:
 
     Points in the other unit that are read in ``unit`` are too large by the factor.
     """
-    for short, name in LENGTHS.items():
+    for short, name in LENGTH_UNITS.items():
         if UNITS[short] != UNITS[unit]:
-            read = next(LENGTHS[known] for known in LENGTHS if UNITS[known] == UNITS[unit])
+            read = next(LENGTH_UNITS[known] for known in LENGTH_UNITS if UNITS[known] == UNITS[unit])
             yield UNITS[unit] / UNITS[short], f"look like {name}, not {read}", short
 
 
@@ -119,7 +119,7 @@ def other_reading(
     for q_other, text, help_ in _joints(q):
         other = align_arm(arm, q_other, position)
         for factor, look, short in ((1.0, "", ""), *other_lengths(unit)):
-            if abs(other.scale / factor - 1) > SAME:
+            if abs(other.scale / factor - 1) > SAME_SCALE:
                 continue
             fit = other if factor == 1.0 else align_arm(arm, q_other, position / factor)
             if fits(fit) and fit.typical < best and allowed(q_other):
@@ -203,7 +203,7 @@ def _joints(q: Array) -> Iterator[tuple[Array, str, str]]:
     yield q, "", ""
     if np.nanmax(np.abs(q)) < RADIANS_BELOW:
         yield np.rad2deg(q), *RADIANS
-    if np.nanmax(np.abs(q)) > TURNS:
+    if np.nanmax(np.abs(q)) > MOST_TURNS_RAD:
         yield np.deg2rad(q), *DEGREES
     for i, j in combinations(range(6), 2):
         order = list(range(6))

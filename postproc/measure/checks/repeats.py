@@ -16,7 +16,7 @@ from postproc.robot.arm import Robot
 
 RP_PER_AXIS = float(np.sqrt(8 / np.pi) + 3 * np.sqrt(3 - 8 / np.pi))
 """RP of ISO 9283, l + 3 S of distances in space, over the standard deviation per axis: 3.62 (Maxwell)."""
-STANDING = 0.25
+STANDING_RATIO = 0.25
 """No arm that moved comes back to a pose so many times better than its data sheet says: it stood still."""
 
 
@@ -90,7 +90,7 @@ def scatters(data: Measurements, values: Array, robot: Robot) -> list[tuple[floa
     arm = (robot.repeatability or 0.0) / RP_PER_AXIS if data.observed.name == "position" else 0.0
     some = (visits(data), data.repeats)
     found = [_unexplained_scatter(data, _without_strays(values, groups), groups) for groups in some]
-    return [(square + arm**2 * (0 < square < (STANDING * arm) ** 2), dof) for square, dof in found]
+    return [(square + arm**2 * (0 < square < (STANDING_RATIO * arm) ** 2), dof) for square, dof in found]
 
 
 def _values(data: Measurements) -> Array:

@@ -15,18 +15,18 @@ from postproc.diagnostics import Diagnostic, PostprocError, Source, Span
 from postproc.files import is_program
 from postproc.measure.read.layout import ColumnMap
 from postproc.measure.read.spreadsheet import MARK, sheet_text
-from postproc.measure.read.values.numbers import EMPTY, as_number, find_decimal, holds_numbers
+from postproc.measure.read.values.numbers import EMPTY_CELLS, as_number, find_decimal, holds_numbers
 from postproc.measure.read.values.units import is_unit, stated_unit
 from postproc.numbers import read_number
 
-LARGEST = 1e100  # larger numbers count as not measured: their squares could not be formed
+LARGEST_NUMBER = 1e100  # larger numbers count as not measured: their squares could not be formed
 NINES = re.compile(r"[-+]?9{3,}(?:[.,][90]*)?")
 """What many instruments write where they saw nothing."""
 NUMBER_AND_MORE = re.compile(r"[-+]?\d++(?:[.,]\d*+)?\s*+[^\d\s.,;:/-]")
 SAMPLE = 20
 MOST_ROWS = 300_000
 """Of a table: `predict` takes 40 s and 0.6 GB for them."""
-BLANK = " \t,;"
+BLANK_CHARACTERS = " \t,;"
 """What a spreadsheet writes for a line in which nothing stands."""
 
 
@@ -87,10 +87,10 @@ class Cells:
             values = np.full(len(cells), np.nan)
             for i, cell in enumerate(cells):
                 try:
-                    values[i] = read_number("nan" if cell.lower() in EMPTY else cell)
+                    values[i] = read_number("nan" if cell.lower() in EMPTY_CELLS else cell)
                 except ValueError:
                     wrong.append(i)
-        huge = np.abs(values) > LARGEST
+        huge = np.abs(values) > LARGEST_NUMBER
         values[huge] = np.nan
         self._report(np.flatnonzero(huge).tolist(), name, diagnostics, "DAT005", "is no measured number", help_)
         if any(NUMBER_AND_MORE.match(cells[i]) for i in wrong):
@@ -151,7 +151,7 @@ def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic],
     numbered = [
         (number, line)
         for number, line in enumerate(text.split("\n"), start=1)
-        if line.strip(BLANK) and not (layout.comment and line.lstrip().startswith(layout.comment))
+        if line.strip(BLANK_CHARACTERS) and not (layout.comment and line.lstrip().startswith(layout.comment))
     ]
     if len(numbered) < (2 if layout.header else 1):
         help_ = "a table has a line of column names and below it a line for each row; export it as CSV"
@@ -229,7 +229,7 @@ def _heading(
     header = split[at][1]
     units = [stated_unit(name) for name in header]
     below = split[at + 1][1]
-    told = [cell for cell in below if cell.strip("[]()").lower() not in EMPTY]
+    told = [cell for cell in below if cell.strip("[]()").lower() not in EMPTY_CELLS]
     if len(below) != len(header) or 2 * sum(map(is_unit, told)) <= len(told) or holds_numbers(below, decimal):
         return header, units, split[at + 1 :]
     units = [stated_unit(f"[{cell.strip('[]()')}]") or unit for cell, unit in zip(below, units, strict=True)]

@@ -12,23 +12,41 @@ from postproc.measure.read.values.units import fitting
 
 _UNIT_OF_SUFFIX = ("deg_s2", "deg_s", "deg", "mm", "kg", "Nm", "N", "C", "s")
 
-JOINTS = COLUMNS["q"]
+JOINT_COLUMNS = COLUMNS["q"]
 POSITION = ("x_mm", "y_mm", "z_mm")
 ORIENTATION = ("qw", "qx", "qy", "qz")
 MEASURED_JOINTS = tuple(f"mq{j}_deg" for j in range(1, 7))
 COMMAND_POSITION = ("cmd_x_mm", "cmd_y_mm", "cmd_z_mm")
 COMMAND_ORIENTATION = ("cmd_qw", "cmd_qx", "cmd_qy", "cmd_qz")
-CONFIGURATION = ("cf1", "cf4", "cf6", "cfx")
-PAYLOAD = COLUMNS["payload"]
+CONFIGURATION_COLUMNS = ("cf1", "cf4", "cf6", "cfx")
+PAYLOAD_COLUMNS = COLUMNS["payload"]
 WRENCH = COLUMNS["wrench"]
 APPROACH = COLUMNS["approach"]
-SPEED = COLUMNS["v"]
-ACCELERATION = COLUMNS["a"]
+SPEED_COLUMNS = COLUMNS["v"]
+ACCELERATION_COLUMNS = COLUMNS["a"]
 EXTERNAL_AXES = COLUMNS["external_axes"]
-TEXT = ("pose_id", "session", "target")
+TEXT_COLUMNS = ("pose_id", "session", "target")
 STANDARD = (
-    *(*TEXT, *JOINTS, *POSITION, *ORIENTATION, *MEASURED_JOINTS, *COMMAND_POSITION, *COMMAND_ORIENTATION),
-    *(*CONFIGURATION, *PAYLOAD, *WRENCH, *APPROACH, *SPEED, *ACCELERATION, "temperature_C", "time_s", "sigma_mm"),
+    *(
+        *TEXT_COLUMNS,
+        *JOINT_COLUMNS,
+        *POSITION,
+        *ORIENTATION,
+        *MEASURED_JOINTS,
+        *COMMAND_POSITION,
+        *COMMAND_ORIENTATION,
+    ),
+    *(
+        *CONFIGURATION_COLUMNS,
+        *PAYLOAD_COLUMNS,
+        *WRENCH,
+        *APPROACH,
+        *SPEED_COLUMNS,
+        *ACCELERATION_COLUMNS,
+        "temperature_C",
+        "time_s",
+        "sigma_mm",
+    ),
     *EXTERNAL_AXES,
 )
 
@@ -58,7 +76,7 @@ ZEROTH = frozenset({"actual_q_0", "target_q_0", "actual_q0", "target_q0"})
 """Joints that are counted from 0."""
 _WHOSE = "(?:actual|act|ist|measured|measurement|meas|tracker|smr)"
 _ENDS = "(?:rad|deg|cmd|command|commanded|set|soll)"
-TURNS: Mapping[tuple[str, ...], str] = {
+TURN_COLUMNS: Mapping[tuple[str, ...], str] = {
     ("w", "p", "r"): "xyz",
     ("rx", "ry", "rz"): "rotvec",
     ("q0", "q1", "q2", "q3"): "wxyz",
@@ -68,7 +86,7 @@ TURNS: Mapping[tuple[str, ...], str] = {
     ("o", "a", "t"): "ZYZ",
 }
 """What robots call the parts of an orientation, in small letters, and the form that is then usual."""
-_WORDS = {"temperature": "temperature_C", "temp": "temperature_C", "time": "time_s", "payload": "payload_kg"}
+_COLUMN_WORDS = {"temperature": "temperature_C", "temp": "temperature_C", "time": "time_s", "payload": "payload_kg"}
 
 
 def nearest(name: str) -> str | None:
@@ -97,7 +115,7 @@ def recognised(header: Sequence[str], units: Sequence[str]) -> dict[str, MappedC
         if names.count(name) == 1
         and name.lower() not in lower
         and fitting(unit or "1", unit_of(name))
-        and name not in TEXT
+        and name not in TEXT_COLUMNS
     }
 
 
@@ -112,7 +130,7 @@ def likely_map(header: Sequence[str], units: Sequence[str], needed: Sequence[str
     """
     found: dict[str, str] = {}
     for name, theirs, unit in zip(_meanings(header, units), header, units, strict=True):
-        unit = unit or ("rad" if name in JOINTS and _RADIANS.fullmatch(theirs.lower()) else "")
+        unit = unit or ("rad" if name in JOINT_COLUMNS and _RADIANS.fullmatch(theirs.lower()) else "")
         other = unit != unit_of(name) and fitting(unit, unit_of(name))
         found.setdefault(
             name, f'{name} = {{ name = "{theirs}", unit = "{unit}" }}' if other else f'{name} = "{theirs}"'
@@ -132,10 +150,10 @@ def _meanings(header: Sequence[str], units: Sequence[str]) -> list[str]:
     lower = {theirs.lower() for theirs in header}
     counted = [_counted(theirs) for theirs in header] if lower & ZEROTH else header
     found = [_meant(theirs, unit) for theirs, unit in zip(counted, units, strict=True)]
-    if set(JOINTS) <= set(found):
+    if set(JOINT_COLUMNS) <= set(found):
         return found
     pairs = zip(found, header, strict=True)
-    return ["" if name in JOINTS and theirs.lower().startswith("q") else name for name, theirs in pairs]
+    return ["" if name in JOINT_COLUMNS and theirs.lower().startswith("q") else name for name, theirs in pairs]
 
 
 def _counted(header: str) -> str:
@@ -159,4 +177,4 @@ def _meant(header: str, unit: str) -> str:
         return f"q{part[1]}"
     if plain in LABELS:
         return "pose_id"
-    return _WORDS.get(plain, "") if unit else ""
+    return _COLUMN_WORDS.get(plain, "") if unit else ""

@@ -23,7 +23,7 @@ from postproc.robot.cells.station import Station
 from postproc.robot.inverse import joint_solution
 from postproc.robot.pose import transform
 
-MANY = 0.2
+LARGEST_UNREACHED_SHARE = 0.2
 """Share of poses that cannot be reached beyond which the table does not mean what it says."""
 
 
@@ -51,7 +51,7 @@ def commanded_joints(
     wanted = np.zeros((len(T), 4)) if configuration is None else np.nan_to_num(configuration)
     solution = joint_solution(robot, T, np.rint(wanted).astype(np.int64))
     failures = [failure for failure in solution.failures if np.isfinite(T[failure.index]).all()]
-    if len(failures) > MANY * len(T):
+    if len(failures) > LARGEST_UNREACHED_SHARE * len(T):
         message = f"{len(failures)} of {len(T)} commanded poses cannot be reached in their configuration"
         help_ = (
             "`cmd_` is the pose of the flange (tool0) in the base, in mm: are these of the TCP, in a work object, in "

@@ -11,7 +11,7 @@ from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.effects.contract import State
 from postproc.measure.checks.readings import CLEARER, PlacedArm, align_arm, fits
-from postproc.measure.measurements import FEWEST
+from postproc.measure.measurements import FEWEST_ROWS_JUDGED
 from postproc.measure.read.columns import EXTERNAL_AXES
 from postproc.measure.read.lookup import Table
 from postproc.measure.read.values.units import UNITS, fitting
@@ -21,7 +21,7 @@ from postproc.robot.arm import Robot
 from postproc.robot.cells.cell import LETTERS, Joint
 from postproc.robot.cells.station import Station
 
-UNIT = {"linear": "mm", "rotary": "deg", "fixed": "mm"}
+AXIS_UNITS = {"linear": "mm", "rotary": "deg", "fixed": "mm"}
 DESCRIBE = "`[[external_axes]]` of the model, or `--cell FILE` of `fit`, describes it (docs/my-cell.md)"
 
 
@@ -67,7 +67,7 @@ def _stated(table: Table, name: str, joint: Joint | None) -> Array:
     """
     values = table.column(name)
     assert values is not None
-    unit, wanted = table.place[name].unit, UNIT[joint.kind] if joint is not None else "mm"
+    unit, wanted = table.place[name].unit, AXIS_UNITS[joint.kind] if joint is not None else "mm"
     if unit != "1":
         if joint is not None and not fitting(unit, wanted):
             help_ = "give it in the unit of its axis, or correct `kind` in `[[external_axes]]`"
@@ -93,7 +93,7 @@ def _check(table: Table, stated: dict[str, Array], station: Station | None) -> N
             known = ", ".join(f"`eax_{axis}`" for axis in sorted(station.joints))
             raise _wrong(table, f"the table has `{name}`, and the cell has no such axis: it has {known}", DESCRIBE)
     for axis, joint in station.joints.items():
-        name, unit = f"eax_{axis}", UNIT[joint.kind]
+        name, unit = f"eax_{axis}", AXIS_UNITS[joint.kind]
         if name not in stated:
             if joint.leader is None:
                 what = f"the cell has an axis `{name}` and the table no such column: it is taken to stand at 0 {unit}"
@@ -114,7 +114,7 @@ def check_work(state: State, table: Table, robot: Robot, position: Array) -> Non
     if station is None or station.work is None or state.external_axes is None:
         return
     rows = np.flatnonzero(np.isfinite(position).all(axis=1) & np.isfinite(state.q).all(axis=1))
-    if len(rows) < FEWEST:
+    if len(rows) < FEWEST_ROWS_JUDGED:
         return
     other = with_axes(in_world(station), state.with_(T_reference_base=None), state.external_axes)
     work, world = (

@@ -15,7 +15,7 @@ from postproc.tomlfile import FileTable, check, parse_toml
 QUATERNIONS = {"wxyz": [1, 2, 3, 0], "xyzw": [0, 1, 2, 3]}
 """Where x, y, z and w stand."""
 EULER = re.compile(r"(?!.*(.)\1)(?:[xyz]{3}|[XYZ]{3})")
-FORMS = {"help": "`wxyz`, `xyzw`, `rotvec`, or axes as `xyz` (about fixed ones) or `ZYX` (that turn along)"}
+LAYOUT_FORMS = {"help": "`wxyz`, `xyzw`, `rotvec`, or axes as `xyz` (about fixed ones) or `ZYX` (that turn along)"}
 
 
 def _known(unit: str) -> str:
@@ -28,7 +28,7 @@ def _known(unit: str) -> str:
 def _form(form: str) -> str:
     """Return the form of an orientation (`MappedRotation`); raise a validation error where there is no such form."""
     if form not in QUATERNIONS and form != "rotvec" and not EULER.fullmatch(form):
-        raise PydanticCustomError("form", f"`{form}` is no form of an orientation", FORMS)
+        raise PydanticCustomError("form", f"`{form}` is no form of an orientation", LAYOUT_FORMS)
     return form
 
 

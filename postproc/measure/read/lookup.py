@@ -14,7 +14,7 @@ from postproc.measure.read import columns as names
 from postproc.measure.read.cells import Cells
 from postproc.measure.read.columns import unit_of
 from postproc.measure.read.layout import QUATERNIONS, ColumnMap, MappedColumn, MappedRotation
-from postproc.measure.read.values.numbers import EMPTY
+from postproc.measure.read.values.numbers import EMPTY_CELLS
 from postproc.measure.read.values.times import seconds
 from postproc.measure.read.values.turns import Turns
 from postproc.measure.read.values.units import UNITS, fitting
@@ -89,7 +89,7 @@ class Table:
             raise self._no_such(wanted.minus, name)
         stated, standard = self.cells.units[at], unit_of(name)
         known = fitting(stated, standard) or (name not in names.STANDARD and stated in UNITS)
-        if stated and not known and not wanted.unit and name not in names.TEXT:
+        if stated and not known and not wanted.unit and name not in names.TEXT_COLUMNS:
             message = f"column `{self.cells.header[at]}` states the unit `{stated}`; `{name}` is read in {standard}"
             self.say("DAT015", "warning", message, "give the unit in a column map")
         return wanted.model_copy(update={"unit": wanted.unit or (stated if stated and known else standard)})
@@ -212,13 +212,13 @@ class Table:
 
     def _stamps(self, name: str | int) -> Array | None:
         """Return (n,) seconds since the earliest of a column of time stamps; None where it holds anything else."""
-        told = ["" if cell.lower() in EMPTY else cell for cell in self.cells.text(name)]
+        told = ["" if cell.lower() in EMPTY_CELLS else cell for cell in self.cells.text(name)]
         return seconds(told) if self.has_words(name) else None
 
     def has_words(self, name: str | int) -> bool:
         """Return whether a column holds cells that are neither numbers nor empty."""
         told = zip(self.cells.text(name), self.cells.numbers(name, []), strict=True)
-        return any(cell.lower() not in EMPTY for cell, value in told if not np.isfinite(value))
+        return any(cell.lower() not in EMPTY_CELLS for cell, value in told if not np.isfinite(value))
 
 
 def missing_help(cells: Cells, wanted: Sequence[str] = names.STANDARD, otherwise: str = "") -> str:

@@ -72,7 +72,7 @@ def _report_orientations(table: Table) -> None:
     if table.layout.orientation is not None or "qw" in table.place:
         return
     plain = {re.sub(r"[\[(].*", "", name).strip().lower(): name for name in table.cells.header}
-    for parts, form in names.TURNS.items():
+    for parts, form in names.TURN_COLUMNS.items():
         if set(parts) <= plain.keys():
             theirs = [plain[part] for part in parts]
             what = (

@@ -147,11 +147,11 @@ def _state(table: Table, commanded: Commanded) -> State:
     session_names = tuple(dict.fromkeys(sessions)) if sessions else ()
     state = State(
         q=commanded.q,
-        v=table.vector(names.SPEED, fill=0.0),
-        a=table.vector(names.ACCELERATION, fill=0.0),
+        v=table.vector(names.SPEED_COLUMNS, fill=0.0),
+        a=table.vector(names.ACCELERATION_COLUMNS, fill=0.0),
         approach=_sides(table),
         payload_mass=table.column("payload_kg", fill=0.0),
-        payload_center=table.vector(names.PAYLOAD[1:], fill=0.0),
+        payload_center=table.vector(names.PAYLOAD_COLUMNS[1:], fill=0.0),
         wrench=table.vector(names.WRENCH, fill=0.0, partial=True),
         temperature=table.column("temperature_C", fill="median"),
         time=table.column("time_s", fill="between"),
@@ -228,7 +228,7 @@ def _commanded(table: Table, robot: Robot, program: Source | Sequence[Source] | 
     Raises:
         PostprocError: DAT002 where the table has none of them.
     """
-    q = table.vector(names.JOINTS)
+    q = table.vector(names.JOINT_COLUMNS)
     if q is not None:
         if "target" in table.place and program is not None:
             message = "the table has joint angles and targets of the program: the angles are taken"
@@ -243,6 +243,6 @@ def _commanded(table: Table, robot: Robot, program: Source | Sequence[Source] | 
         message = "there are no commanded joint angles: neither `q1_deg` .. `q6_deg` nor `cmd_x_mm` .. `cmd_qz`"
         if "target" in table.place:
             message = "column `target` names robtargets, and the program that was run is not given"
-        raise PostprocError.of("DAT002", message, cells.source, help=missing_help(cells, names.JOINTS, ANGLES))
-    configuration = table.vector(names.CONFIGURATION, fill=0.0)
+        raise PostprocError.of("DAT002", message, cells.source, help=missing_help(cells, names.JOINT_COLUMNS, ANGLES))
+    configuration = table.vector(names.CONFIGURATION_COLUMNS, fill=0.0)
     return Commanded(commanded_joints(robot, position, turns.matrix, configuration, cells, table.diagnostics))

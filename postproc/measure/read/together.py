@@ -15,14 +15,14 @@ from postproc.effects.contract import State
 from postproc.measure.alignment import align
 from postproc.measure.checks.readings import CLEARER, SUSPICIOUS_M, PlacedArm, align_arm
 from postproc.measure.clock import going_on
-from postproc.measure.measurements import FEWEST, Measurements
+from postproc.measure.measurements import FEWEST_ROWS_JUDGED, Measurements
 from postproc.measure.read.cells import read_cells
 from postproc.measure.read.layout import read_column_map
 from postproc.measure.read.table import read_measurements
 from postproc.measure.read.terms import AS_IT_IS, Reading, accepted
 from postproc.robot.arm import Robot
 
-NOTHING = ("v", "a", "approach", "payload_mass", "payload_center", "wrench")
+ZERO_WHERE_MISSING = ("v", "a", "approach", "payload_mass", "payload_center", "wrench")
 PLACED = ("external_axes", "work", "T_reference_base")
 """What a table leaves out where there was none of it (or nobody knows the side); others were not recorded."""
 
@@ -159,7 +159,9 @@ def _state(tables: Sequence[Measurements], names: Sequence[tuple[str, ...]], fou
         time=_shared("time_s", going_on([s.time for s in states]), tables, found),
         channels=channels,
     )
-    state = state.with_(**{name: _stacked([getattr(s, name) for s in states], tables, 0.0) for name in NOTHING})
+    state = state.with_(
+        **{name: _stacked([getattr(s, name) for s in states], tables, 0.0) for name in ZERO_WHERE_MISSING}
+    )
     # A cell is that of all tables, or of none.
     state = state.with_(
         station=states[0].station,
@@ -193,7 +195,7 @@ def _check_setup(one: Measurements, other: Measurements, robot: Robot, shared: S
     Args:
         shared: names of sessions in both.
     """
-    if one.tool_known or min(_located(one).sum(), _located(other).sum()) < FEWEST:
+    if one.tool_known or min(_located(one).sum(), _located(other).sum()) < FEWEST_ROWS_JUDGED:
         return None
     (q, y), (q_other, y_other) = ((t.state.q[_located(t)], t.position[_located(t)]) for t in (one, other))
     here, there = (PlacedArm(robot, t.state.T_reference_base).rows(_located(t)) for t in (one, other))

@@ -10,7 +10,7 @@ from postproc.effects.contract import Displacement, Load
 JOINT, BODY, TOOL, INSTRUMENT, PLACES = 0, 6, 48, 54, 60
 """First column of the joints, of the bodies, of the tool and of the instrument, and how many there are."""
 BATCH = 500  # poses taken at once whose matrices of the whole arm are held: 48 coordinates squared, a few times
-LOADS = 54
+LOAD_PLACES = 54
 """Columns of a load: torques of the joints (6), then the wrench that every body and the tool carry (8 x 6)."""
 
 
@@ -41,7 +41,7 @@ def plus(one: dict[int, Array], other: dict[int, Array], times: float = 1.0) -> 
 def load_parts(load: Load) -> dict[int, Array]:
     """Return joint torques and body wrenches of a load in parts, (n, 6) each, by number of the first of their columns.
 
-    The ``LOADS`` columns are six of the joints, then six each of bodies 0 to 6 and the flange.
+    The ``LOAD_PLACES`` columns are six of the joints, then six each of bodies 0 to 6 and the flange.
     """
     parts = {6 + 6 * body: wrench for body, wrench in load.body.items()}
     return parts if load.joint is None else {0: load.joint, **parts}

@@ -22,7 +22,7 @@ from postproc.model.chain import Chain, Directions, deflected_chain, directions,
 from postproc.model.derivatives.places import (
     BODY,
     INSTRUMENT,
-    LOADS,
+    LOAD_PLACES,
     PLACES,
     TOOL,
     displacement_parts,
@@ -36,7 +36,7 @@ from postproc.model.loads import with_loads
 from postproc.robot.kinematics import skew
 from postproc.robot.pose import left_jacobian
 
-MANY = 1000
+MANY_POSES = 1000
 """States from which on loads are worked out only where they are read."""
 
 
@@ -64,10 +64,10 @@ class Loaded:
     def own(self) -> State:
         """The states with the loads that the model's effects read, or would read if their parameters were not null.
 
-        Below ``MANY`` states all loads are computed, since finding out which are read takes as long.
+        Below ``MANY_POSES`` states all loads are computed, since finding out which are read takes as long.
         """
         rest = self.rest
-        if len(rest.state) < MANY or not carries_load(self.model):
+        if len(rest.state) < MANY_POSES or not carries_load(self.model):
             return self.every
         return rest.state if {*active_bodies(nudged(self.model), rest.state)} <= {*rest.bodies} else self.every
 
@@ -160,7 +160,7 @@ class Sensitivity:
             low = here if exact and here is not None else answer(x - step)
             change, load = (plus(a, b, -1.0) for a, b in zip(high, low, strict=True))
             if load:
-                change = plus(change, self.by_load(flat(load, len(state), LOADS), state))
+                change = plus(change, self.by_load(flat(load, len(state), LOAD_PLACES), state))
             yield {at: part / (step[i] if exact else 2 * step[i]) for at, part in change.items()}
 
     def by_load(self, load: Array, state: State) -> dict[int, Array]:

@@ -12,7 +12,7 @@ from postproc.effects.base import Effect
 from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.chain import Chain, Directions, deflected_chain, directions, generalised_forces, point_jacobian
-from postproc.model.derivatives.places import BODY, LOADS, PLACES, displacement_parts, flat, load_parts
+from postproc.model.derivatives.places import BODY, LOAD_PLACES, PLACES, displacement_parts, flat, load_parts
 from postproc.model.equilibrium import Equilibrium, carries_load
 from postproc.model.loads import coordinates, payload_point
 from postproc.model.multibody import Multibody
@@ -128,7 +128,9 @@ def _effect_loads(model: Model, rest: Equilibrium, at: RestingArm) -> Array:
             body = {b: moved[:, columns] for b, columns in bodies.columns.items()}
             chain = deflected_chain(model.robot, moved[:, bodies.joint], body, bool(bodies.bodies))
             state = rest.state.with_(T_base_body=chain.T_base_body)
-            load = sum((flat(load_parts(load_of(e, state)), n, LOADS) for e in loading), np.zeros((1, LOADS)))
+            load = sum(
+                (flat(load_parts(load_of(e, state)), n, LOAD_PLACES) for e in loading), np.zeros((1, LOAD_PLACES))
+            )
             sides.append(
                 generalised_forces(directions(model.robot, chain, bodies.bodies), load[:, 6:].reshape(n, 8, 6))
             )

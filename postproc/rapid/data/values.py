@@ -112,7 +112,7 @@ def known_records(modules: Iterable[Module]) -> Mapping[str, Fields]:
 
 
 MOST_PARTS = 10_000  # of a record, with the records in it
-MOST_LEVELS = 10  # of records inside one another
+MOST_RECORD_LEVELS = 10  # of records inside one another
 
 
 def zero(kind: str, records: Mapping[str, Fields]) -> Data:
@@ -125,7 +125,7 @@ def zero(kind: str, records: Mapping[str, Fields]) -> Data:
         Unknown: the record has more than ``MOST_PARTS`` parts or contains itself.
     """
     if kind in records:
-        if _parts_of(kind, records, MOST_LEVELS) > MOST_PARTS:
+        if _parts_of(kind, records, MOST_RECORD_LEVELS) > MOST_PARTS:
             raise Unknown(Kind.TOO_LARGE, kind)
         return tuple(zero(field, records) for _, field in records[kind])
     return {"bool": False, "string": ""}.get(kind, 0.0)

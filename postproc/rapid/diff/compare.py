@@ -179,7 +179,7 @@ def _shown(value: object) -> str:
     return f"{value:.9g}" if isinstance(value, float) else str(value)
 
 
-TARGETS = frozenset({"to", "via"})
+TARGET_ROLES = frozenset({"to", "via"})
 BY_VALUE = frozenset({"speed", "zone", "tool", "\\wobj", "\\v", "\\t", "\\z", "\\tload"})
 
 
@@ -203,7 +203,7 @@ def _roles_by_value(program: Program, statement: MotionStatement, events: Sequen
         for argument in statement.arguments
         if argument.role in BY_VALUE and not all(map(declared, identifiers(argument.text.encode("latin-1"))))
     }
-    return (BY_VALUE - unknown) | (TARGETS if all(e.target is not None for e in events) else frozenset())
+    return (BY_VALUE - unknown) | (TARGET_ROLES if all(e.target is not None for e in events) else frozenset())
 
 
 def _arguments(x: MotionStatement, y: MotionStatement) -> dict[str, tuple[str, str]]:

@@ -1,6 +1,6 @@
 """Motion statements of two versions of a routine, paired so that as little as possible differs.
 
-A pair costs what differs between its targets, names and instructions, a statement without a partner costs ``ALONE``.
+A pair costs what differs between its targets, names and instructions, one without a partner costs ``UNPAIRED_COST``.
 The cheapest pairing in order is found by dynamic programming between statements that occur once in both versions.
 """
 
@@ -22,12 +22,12 @@ from postproc.rapid.diff.align import aligned
 Pair = tuple[int | None, int | None]
 Array = NDArray[np.float64]
 
-ALONE = 0.6  # two of them are more than any pair of one instruction costs: that is told as a change
+UNPAIRED_COST = 0.6  # two of them are more than any pair of one instruction costs: that is told as a change
 HALF_MM = 2.0  # targets this far apart cost half of what any two do
 DEGREE = 5.0  # a joint's degree counts as so many millimetres
 OTHER_NAME, OTHER_INSTRUCTION, UNKNOWN = 0.1, 1.0, 0.9
-SLACK = 200  # statements by which a long pairing may wander from the shortest way
-MOST = 2e8  # cells; beyond, neighbours alone decide
+DIAGONAL_SLACK = 200  # statements by which a long pairing may wander from the shortest way
+MOST_CELLS = 2e8  # cells; beyond, neighbours alone decide
 
 
 def pair_motions(
@@ -138,8 +138,8 @@ def _between(a: _Compared, b: _Compared) -> Iterator[Pair]:
         yield from ((i, None) for i in range(n))
         yield from ((None, j) for j in range(m))
         return
-    low, high = min(0, m - n) - SLACK, max(0, m - n) + SLACK
-    if n * (high - low + 1) > MOST:
+    low, high = min(0, m - n) - DIAGONAL_SLACK, max(0, m - n) + DIAGONAL_SLACK
+    if n * (high - low + 1) > MOST_CELLS:
         rows = list(range(n)), list(range(m))
         yield from aligned(*rows, lambda i, j: float(a.costs(i, b, slice(j, j + 1))[0]) < 0.5)
         return
@@ -151,15 +151,16 @@ def cheapest_pairs(
 ) -> list[tuple[int | None, int | None]]:
     """Pair n and m items in order at the least cost; None stands for the partner of an item that is left alone.
 
-    D[i, j] = min(D[i-1, j-1] + c[i-1, j-1], D[i-1, j] + ALONE, D[i, j-1] + ALONE), in the band low <= j - i <= high.
+    D[i, j] = min(D[i-1, j-1] + c[i-1, j-1], D[i-1, j] + UNPAIRED_COST, D[i, j-1] + UNPAIRED_COST),
+    in the band low <= j - i <= high.
 
     Args:
         costs: gives the costs (k,) of row i (from 0) with a slice of k columns.
     """
     width = high - low + 1
-    step = ALONE * np.arange(width)
+    step = UNPAIRED_COST * np.arange(width)
     band = np.arange(width) + low  # j of row 0
-    row = np.where((band >= 0) & (band <= m), ALONE * band, np.inf)
+    row = np.where((band >= 0) & (band <= m), UNPAIRED_COST * band, np.inf)
     taken = np.zeros((n + 1, width), dtype=np.uint8)  # 0 pair, 1 removed, 2 added
     taken[0] = 2
     for i in range(1, n + 1):
@@ -169,12 +170,12 @@ def cheapest_pairs(
         first, last = max(1, band[0] + i), min(m, band[-1] + i)
         if first <= last:
             pair[inside] = row[inside] + costs(i - 1, slice(first - 1, last))
-        removed = np.append(row[1:], np.inf) + ALONE
+        removed = np.append(row[1:], np.inf) + UNPAIRED_COST
         best = np.minimum(pair, removed)
         best[beyond] = np.inf
         row = np.minimum.accumulate(best - step) + step
         row[beyond] = np.inf
-        added = np.append(np.inf, row[:-1]) + ALONE
+        added = np.append(np.inf, row[:-1]) + UNPAIRED_COST
         # Of two ways that cost the same: pairs, then what was removed before what was added.
         taken[i] = np.where(pair <= row + 1e-12, 0, np.where(added <= row + 1e-12, 2, 1))
     pairs: list[tuple[int | None, int | None]] = []

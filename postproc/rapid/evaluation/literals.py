@@ -15,7 +15,7 @@ from postproc.rapid.syntax.spans import TargetSpans, literal, literal_parts
 from postproc.rapid.syntax.tokens import number_text
 from postproc.rapid.unknown import Kind, Unknown
 
-ROUNDED = 0.002  # of the length of a quaternion: two decimals of each number leave no more than a few times this
+ROUNDED_NORM = 0.002  # of the length of a quaternion: two decimals of each number leave no more than a few times this
 
 
 def read_literal_numbers(data: bytes, start: int, end: int) -> Data | None:
@@ -62,7 +62,7 @@ def _written(behind: bytes) -> Behind:
 
 
 def _behind(n: Sequence[float]) -> Behind:
-    """Orientation, configuration, external axes, and whether the quaternion's length is over ``ROUNDED`` from 1.
+    """Orientation, configuration, external axes, and whether the quaternion's length is over ``ROUNDED_NORM`` from 1.
 
     Args:
         n: the 14 numbers of a robtarget that follow its position.
@@ -74,7 +74,7 @@ def _behind(n: Sequence[float]) -> Behind:
         raise Unknown(Kind.NUMBER_TOO_LARGE)
     rot, conf = to_quat(tuple(n[0:4])), to_conf(n[4:8])
     extax = NO_AXES if tuple(n[8:]) == NO_AXES else (n[8], n[9], n[10], n[11], n[12], n[13])
-    return rot, conf, extax, abs(hypot(*n[0:4]) - 1.0) > ROUNDED
+    return rot, conf, extax, abs(hypot(*n[0:4]) - 1.0) > ROUNDED_NORM
 
 
 def numbers_of(match: re.Match[bytes]) -> list[float]:

@@ -10,7 +10,7 @@ from postproc.rapid.data.records import LoadData, Pose
 from postproc.rapid.data.values import Data, to_load, to_pose
 from postproc.rapid.evaluation.memory import Memory
 from postproc.rapid.program.arguments import Piece
-from postproc.rapid.program.instructions import SETTERS, STATE
+from postproc.rapid.program.instructions import SETTERS, STATE_OF_INSTRUCTION
 from postproc.rapid.unknown import Kind, Unknown, assumed_for, joined_causes, without_causes
 
 # The smallest mass a loaddata may have; load0 has it, and it stands for nothing at all.
@@ -32,7 +32,7 @@ def start_without(keys: Iterable[str]) -> Mapping[str, Data]:
 
 
 def run_state_instruction(word: str, pieces: Sequence[Piece], memory: Memory, value: Callable[[Span], Data]) -> None:
-    """Carry out an instruction that sets state (``STATE``), as GripLoad: write certain, assumed or Unknown data.
+    """Carry out an instruction of ``STATE_OF_INSTRUCTION``, as GripLoad: write certain, assumed or Unknown data.
 
     Args:
         word: the instruction in lower case; pieces: its arguments; value: evaluates the expression at a span.
@@ -44,7 +44,7 @@ def run_state_instruction(word: str, pieces: Sequence[Piece], memory: Memory, va
         data = error.kept()
     except (IndexError, TypeError, ValueError):
         data = Unknown(Kind.UNREADABLE_ARGUMENTS, word)
-    memory.changed[STATE[word]] = assumed_for(data, joined_causes(tuple(memory.noted)))
+    memory.changed[STATE_OF_INSTRUCTION[word]] = assumed_for(data, joined_causes(tuple(memory.noted)))
 
 
 def _state_after(word: str, pieces: Sequence[Piece], memory: Memory, value: Callable[[Span], Data]) -> Data:

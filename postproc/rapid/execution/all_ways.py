@@ -23,7 +23,7 @@ from postproc.rapid.flow.constants import MAX_TURNS, counted
 from postproc.rapid.motions.events_of import EventMaker
 from postproc.rapid.motions.recorder import Recorder
 from postproc.rapid.program.arguments import Piece
-from postproc.rapid.program.instructions import STATE
+from postproc.rapid.program.instructions import STATE_OF_INSTRUCTION
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.statement_effects import UNSEEN, StatementEffect
 from postproc.rapid.program.write_effects import WriteEffects
@@ -158,11 +158,11 @@ class AllWays(Interpreter):
         """Carry out an instruction that sets load, displacement or the like; a name declared nowhere in it is reported.
 
         Args:
-            word: the instruction in lower case, a key of ``STATE``; pieces: its arguments.
+            word: the instruction in lower case, a key of ``STATE_OF_INSTRUCTION``; pieces: its arguments.
         """
         super().set_state(word, pieces, memory)
         source = memory.frame.routine.source
-        self.findings.undeclared_state(memory.changed.get(STATE[word]), source, self.maker.missing)
+        self.findings.undeclared_state(memory.changed.get(STATE_OF_INSTRUCTION[word]), source, self.maker.missing)
 
     def run_unseen(self, statement: Statement, arguments: int | None, memory: Memory) -> None:
         """Report a call of code in none of the files, which is taken not to move the arm.

@@ -16,7 +16,7 @@ from postproc.rapid.evaluation.declared import DeclaredValues
 from postproc.rapid.evaluation.memory import CallFrame, Memory, Reference
 from postproc.rapid.evaluation.state import run_state_instruction
 from postproc.rapid.program.arguments import BY_REFERENCE, Piece, argument_name, paired, read_arguments
-from postproc.rapid.program.instructions import COUNTING, KNOWN, MOVING, READ_ONLY, STATE
+from postproc.rapid.program.instructions import COUNTING, KNOWN_INSTRUCTIONS, MOVING, READ_ONLY, STATE_OF_INSTRUCTION
 from postproc.rapid.program.late_binding import BY_NAME, LATE, LateCall, late_call
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.statement_effects import NO_EFFECT, StatementEffect
@@ -237,7 +237,7 @@ class Interpreter(ABC):
         elif late is not None:
             self.forget_given(statement, f"`{name}`" if name else LATE, memory)
             self.run_unseen(statement, None, memory)
-        elif word in STATE:
+        elif word in STATE_OF_INSTRUCTION:
             self.set_state(word, pieces, memory)
         elif word in COUNTING:
             self.data.count(word, pieces, memory)
@@ -246,7 +246,7 @@ class Interpreter(ABC):
         elif not (word in BY_NAME and self.data.by_name(word, pieces, memory)):
             begin = statement.span[0]
             self.forget_given(statement, f"`{source.data[begin : begin + len(word)].decode('latin-1')}`", memory)
-            if word not in KNOWN:
+            if word not in KNOWN_INSTRUCTIONS:
                 self.run_unseen(statement, len(pieces), memory)
             elif word in MOVING:
                 memory.doubt()
@@ -263,7 +263,7 @@ class Interpreter(ABC):
         """Carry out an instruction that sets load, displacement or the like.
 
         Args:
-            word: the instruction in lower case, a key of ``STATE``; pieces: its arguments.
+            word: the instruction in lower case, a key of ``STATE_OF_INSTRUCTION``; pieces: its arguments.
         """
         run_state_instruction(word, pieces, memory, lambda span: self.data.value(span, memory))
 

@@ -21,7 +21,7 @@ from postproc.rapid.program.program import Program
 from postproc.rapid.unknown import Kind, Unknown, joined_causes
 
 _SET = itemgetter(*SETTERS)  # what instructions have set
-NAMED = ("declared", "element", "expression")  # kinds of origins
+NAMED_ORIGINS = ("declared", "element", "expression")  # kinds of origins
 
 
 class EventMaker:
@@ -111,7 +111,7 @@ class EventMaker:
         if before is None or not self.named:
             return None
         last, origin = before.statement, before.target_origin
-        to = last.argument("to") if origin.kind in NAMED else None
+        to = last.argument("to") if origin.kind in NAMED_ORIGINS else None
         if to is None or "\n" in to.text:
             return None
         same = last.source is statement.source and last.routine == statement.routine and last.module == statement.module

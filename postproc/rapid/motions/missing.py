@@ -23,14 +23,14 @@ _ASSUMED: Mapping[str, str] = {
     "@conf_j": "targets are taken in the configuration that they state",
 }
 
-_WHAT: Mapping[str, str] = {"tool": "tool", "\\wobj": "work object", "to": "target", "via": "target"}
+_ARGUMENT_WORDS: Mapping[str, str] = {"tool": "tool", "\\wobj": "work object", "to": "target", "via": "target"}
 _TYPES: Mapping[str, frozenset[str]] = {
     "tool": frozenset({"tooldata"}),
     "work object": frozenset({"wobjdata"}),
     "target": frozenset({"robtarget", "jointtarget"}),
 }
 _RECORDS = frozenset({"robtarget", "jointtarget", "tooldata", "wobjdata", "loaddata", "speeddata", "zonedata"})
-MOST_NAMED = 3  # routines in one finding
+MOST_ROUTINES_NAMED = 3  # routines in one finding
 _WHOLE = frozenset({"tool", "work object"})  # without these nothing about the pose is known
 
 
@@ -55,7 +55,7 @@ class Missing:
             return
         missing = None if error.missing is None else error.missing.lower()
         named = missing in (None, argument.text.split("{")[0].strip().lower())
-        what = _WHAT.get(argument.role, "data") if named else "data"  # else it stands inside of what is named
+        what = _ARGUMENT_WORDS.get(argument.role, "data") if named else "data"  # else it stands inside of what is named
         if error.missing is not None and self.is_news(error.missing):
             place = statement.module, statement.routine
             meant = meant_data(self.program, error.missing, _TYPES.get(what, frozenset()), *place)
@@ -141,8 +141,8 @@ def shown_to_users(walked: Iterable[Diagnostic], events: Sequence[MotionEvent]) 
     assumed = sum(bool(event.assumed) for event in events)
     if not unseen or not assumed:
         return shown
-    named = ", ".join(f"`{d.name}`" for d in unseen[:MOST_NAMED])
-    others = f" and {len(unseen) - MOST_NAMED} more" if len(unseen) > MOST_NAMED else ""
+    named = ", ".join(f"`{d.name}`" for d in unseen[:MOST_ROUTINES_NAMED])
+    others = f" and {len(unseen) - MOST_ROUTINES_NAMED} more" if len(unseen) > MOST_ROUTINES_NAMED else ""
     text = (
         f"{named}{others} {'is' if len(unseen) == 1 else 'are'} in none of the files: what such routines may write is"
     )

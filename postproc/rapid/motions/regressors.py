@@ -15,7 +15,7 @@ from postproc.rapid.unknown import Unknown
 
 Term = tuple[str, Expression]
 Numbers = tuple[tuple[str, float], ...]
-NAME = re.compile(r"[A-Za-z_]\w*(?:\{[\w+*/, -]*\}|\.\w+)*")
+DATA_NAME = re.compile(r"[A-Za-z_]\w*(?:\{[\w+*/, -]*\}|\.\w+)*")
 
 
 def named_numbers(statement: MotionStatement, origin: Origin, memory: Memory) -> Numbers:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.rapid.data.events import MotionEvent
-from postproc.rapid.evaluation.literals import ROUNDED, numbers_of
+from postproc.rapid.evaluation.literals import ROUNDED_NORM, numbers_of
 from postproc.rapid.program.program import Program
 from postproc.rapid.syntax.expressions import read_whole_expression
 from postproc.rapid.syntax.spans import literal
@@ -27,7 +27,7 @@ def rough_frames(program: Program) -> Iterator[Diagnostic]:
                 continue
             for quaternion in _quaternions(tree):
                 length = math.hypot(*(item.value for item in quaternion.items if isinstance(item, Number)))
-                if ROUNDED < abs(length - 1.0) < 1.0:  # [0,0,0,0] is a load that nobody has measured
+                if ROUNDED_NORM < abs(length - 1.0) < 1.0:  # [0,0,0,0] is a load that nobody has measured
                     what = f"an orientation of `{declaration.name}`"
                     yield _rough(what, length, declaration.source, quaternion.span)
 

@@ -18,7 +18,7 @@ from postproc.rapid.syntax.nodes import Routine, Statement
 from postproc.rapid.syntax.tokens import names_at
 
 ARM = "@arm"
-STANDING = frozenset({"crobt", "cpos", "cjointt"})
+STANDING_FUNCTIONS = frozenset({"crobt", "cpos", "cjointt"})
 """Functions that give where the arm stands."""
 UNPLACED = frozenset({"bool", "string", "clock", "intnum", "signaldi", "signaldo", "switch"})
 """Types that hold no position and no part of one."""
@@ -35,7 +35,7 @@ class FromTheArm:
         keys: of what may hold such a position.
     """
 
-    def __init__(self, program: Program, giving: frozenset[str] = STANDING) -> None:
+    def __init__(self, program: Program, giving: frozenset[str] = STANDING_FUNCTIONS) -> None:
         """Follow what the functions ``giving`` (lower-case names) and searches give through a program."""
         self.program, self.giving = program, giving
         into: dict[str, set[str]] = {}

@@ -10,7 +10,7 @@ from postproc.grouping import closure
 from postproc.rapid.data.builtins import FUNCTIONS, RUN_TIME
 from postproc.rapid.program.arguments import BY_REFERENCE
 from postproc.rapid.program.instructions import COUNTING
-from postproc.rapid.program.late_binding import TEXT
+from postproc.rapid.program.late_binding import STRING_LITERAL
 from postproc.rapid.program.program import Program, statements_of
 from postproc.rapid.syntax.nodes import Routine, Statement
 from postproc.rapid.syntax.tokens import word_set
@@ -47,7 +47,7 @@ def called_in(functions: re.Pattern[bytes], statement: Statement, data: bytes) -
     for start, end in _expressions(statement):
         if not functions.search(data, start, end):
             continue
-        text = TEXT.sub(lambda quoted: b" " * len(quoted[0]), data[start:end])
+        text = STRING_LITERAL.sub(lambda quoted: b" " * len(quoted[0]), data[start:end])
         closing = _closings(text)
         for match in functions.finditer(text):
             yield match[1].decode("latin-1"), (start + match.end(), start + closing.get(match.end() - 1, len(text)))

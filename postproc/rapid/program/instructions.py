@@ -62,7 +62,7 @@ WRITING = word_set("""
     writeanybin writeblock writecfgdata writerawbytes writevar writevararr wzboxdef wzcyldef wzdisable wzdoset
     wzenable wzfree wzhomejointdef wzlimjointdef wzsphdef
     """)
-KNOWN = READ_ONLY | WRITING
+KNOWN_INSTRUCTIONS = READ_ONLY | WRITING
 # Of these, what moves the arm by itself, or lets something else move it: calibration and load identification, force
 # control, a sensor or a computer that guides the arm, soft servo, single axes, spot guns, steps back along the path.
 MOVING = word_set("""
@@ -78,7 +78,7 @@ COUNTING = ("incr", "decr", "add", "clear")  # these write their first argument 
 # Arguments that instructions of ``READ_ONLY`` write.
 WRITTEN = ("\\timeflag", "\\valueattimeout", "\\result", "\\breakflag", "\\instanceid")
 # State that instructions change, by instruction.
-STATE: Mapping[str, str] = {
+STATE_OF_INSTRUCTION: Mapping[str, str] = {
     "gripload": "@gripload", "pdispset": "@pdisp", "pdispadd": "@pdisp", "pdispon": "@pdisp", "pdispoff": "@pdisp",
     "eoffsset": "@eoffs", "eoffson": "@eoffs", "eoffsoff": "@eoffs", "confl": "@conf_l", "confj": "@conf_j",
     "singarea": "@singarea", "velset": "@velset", "accset": "@accset", "actunit": "@units", "deactunit": "@units",

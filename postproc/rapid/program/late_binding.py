@@ -17,7 +17,7 @@ from postproc.rapid.syntax.tokens import many
 LATE = "a routine that is chosen at run time"
 # Instructions that read or write the data whose name is in their first argument, a text.
 BY_NAME = ("getdataval", "setdataval", "setalldataval")
-TEXT = re.compile(b'"(' + many(rb'[^"]++|""') + b')"')
+STRING_LITERAL = re.compile(b'"(' + many(rb'[^"]++|""') + b')"')
 # A text as far as it is written: its literal parts in lower case, None for what is worked out.
 Template = tuple[str | None, ...]
 
@@ -68,7 +68,7 @@ def text_template(expression: bytes) -> Template:
     A module's name in front (``module:name``) is left out.
     """
     parts: list[str | None] = []
-    for i, part in enumerate(TEXT.split(expression)):  # every other part is outside quotes: it is worked out
+    for i, part in enumerate(STRING_LITERAL.split(expression)):  # every other part is outside quotes: it is worked out
         if i % 2:
             parts.append(part.decode("latin-1").lower())
         elif part.strip() not in (b"", b"+"):

@@ -9,7 +9,7 @@ from typing import Literal
 
 from postproc.diagnostics import Source, Span
 from postproc.rapid.data.events import MotionStatement
-from postproc.rapid.data.values import MOST_LEVELS, Fields, known_records
+from postproc.rapid.data.values import MOST_RECORD_LEVELS, Fields, known_records
 from postproc.rapid.program.arguments import paired, read_arguments
 from postproc.rapid.program.late_binding import BY_NAME, named_by_text
 from postproc.rapid.program.program import Program, statements_of
@@ -21,7 +21,7 @@ UseKind = Literal["motion", "expression", "argument", "read", "write", "declarat
 # After a name: the index of an element, then components.
 _INDEX = rb"(?:\{(?:[^{}]|\{[^{}]*\})*\}\s*)?"
 _COMPONENTS = re.compile(rb"\s*" + _INDEX + rb"((?:\.\s*(?:" + IDENTIFIER + rb")\s*)+)")
-_PLAIN = re.compile(rb"[\w\x80-\xff]+\s*" + _INDEX + rb"(?:\.\s*(?:" + IDENTIFIER + rb")\s*)*")
+_PLAIN_NAME = re.compile(rb"[\w\x80-\xff]+\s*" + _INDEX + rb"(?:\.\s*(?:" + IDENTIFIER + rb")\s*)*")
 _NUMBERS_ONLY = re.compile(rb"[\[\]\d.,eE+\-\s]*")
 
 Records = Mapping[str, Fields]
@@ -124,7 +124,7 @@ def _holds_target(kind: str, records: Records, depth: int) -> bool:
         kind: type in lower case; records: fields of each record type; depth: in how many records it is nested.
     """
     inside = (_holds_target(part.lower(), records, depth + 1) for _, part in records.get(kind, ()))
-    return kind == "robtarget" or depth > MOST_LEVELS or any(inside)
+    return kind == "robtarget" or depth > MOST_RECORD_LEVELS or any(inside)
 
 
 def _of_motion(motion: MotionStatement, names: Set[str]) -> list[tuple[str, Use]]:
@@ -188,7 +188,7 @@ def _handed_over(program: Program, routine: Routine, statement: Statement) -> Ma
 
 def _is_plain(text: bytes) -> bool:
     """Whether an argument is only a name, with an index or components at most."""
-    return _PLAIN.fullmatch(text.strip()) is not None
+    return _PLAIN_NAME.fullmatch(text.strip()) is not None
 
 
 def _numbers_only(source: Source, span: Span) -> bool:

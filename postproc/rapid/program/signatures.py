@@ -19,7 +19,7 @@ CAP = ("to", "speed", "cap", "weavestart", "weave", "zone", "tool")
 SEARCH = ("signal", "found", "to", "speed", "tool")
 TRIGG = ("to", "speed", "trigg", "zone", "tool")
 FOUND = ("found",)  # what a search stores
-SEARCHED = "where a search stops is known only at run time"
+SEARCH_STOPS = "where a search stops is known only at run time"
 
 
 def _circular(roles: tuple[str, ...]) -> tuple[str, ...]:
@@ -81,7 +81,7 @@ def _touching(names: str) -> list[Signature]:
         names: of the instructions, with blanks between them.
     """
     results = (*FOUND, "\\searchstop")
-    return [Signature(name, "line", FOUND, why_not=SEARCHED, results=results) for name in names.split()]
+    return [Signature(name, "line", FOUND, why_not=SEARCH_STOPS, results=results) for name in names.split()]
 
 
 _OPTION = "the arguments of this instruction are not known to this version"
@@ -100,9 +100,11 @@ _ALL = [
     Signature("TriggAbsJ", "absjoint", TRIGG, jointed=True),
     Signature("MoveExtJ", "none", ("to", "speed", "zone"), jointed=True),
     Signature("ArcMoveExtJ", "none", ("to", "speed", "zone"), older=("to", "speed", "zone", "tool"), jointed=True),
-    Signature("SearchExtJ", "none", ("signal", "found", "to", "speed"), jointed=True, why_not=SEARCHED, results=FOUND),
-    Signature("SearchL", "line", SEARCH, why_not=SEARCHED, results=FOUND),
-    Signature("SearchC", "arc", _circular(SEARCH), why_not=SEARCHED, results=FOUND),
+    Signature(
+        "SearchExtJ", "none", ("signal", "found", "to", "speed"), jointed=True, why_not=SEARCH_STOPS, results=FOUND
+    ),
+    Signature("SearchL", "line", SEARCH, why_not=SEARCH_STOPS, results=FOUND),
+    Signature("SearchC", "arc", _circular(SEARCH), why_not=SEARCH_STOPS, results=FOUND),
     *_touching("Search_1D Search_Groove Search_Part"),
     *(s for number in ("", "1", "2", "3", "4", "5", "6") for s in _arcs(number)),
     Signature("CapL", "line", CAP, "weld"),

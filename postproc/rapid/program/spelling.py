@@ -9,7 +9,7 @@ from postproc.diagnostics import did_you_mean
 from postproc.rapid.data.predefined import PREDEFINED
 from postproc.rapid.program.program import Program, statements_of
 
-SURE = 0.8  # of two long names that mean different things, most letters are the same, too
+SURE_SIMILARITY = 0.8  # of two long names that mean different things, most letters are the same, too
 
 
 def if_not(meant: str, otherwise: str) -> str:
@@ -27,7 +27,7 @@ def meant_name(name: str, known: Iterable[str]) -> str:
     Names that differ in their digits alone, ``p10`` and ``p20``, are no misspellings of each other.
     """
     stem = _without_digits(name)
-    return did_you_mean(name, (other for other in known if _without_digits(other) != stem), cutoff=SURE)
+    return did_you_mean(name, (other for other in known if _without_digits(other) != stem), cutoff=SURE_SIMILARITY)
 
 
 def meant_data(program: Program, name: str, types: frozenset[str], module: str, routine: str) -> str:

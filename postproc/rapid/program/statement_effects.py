@@ -12,7 +12,7 @@ from postproc.grouping import grouped
 from postproc.rapid.data.events import MotionStatement
 from postproc.rapid.program.arguments import BY_REFERENCE, Piece, argument_name, component_path, paired, read_arguments
 from postproc.rapid.program.function_effects import called_in, writing_functions
-from postproc.rapid.program.instructions import KNOWN, LASTING, READ_ONLY, STATE, WRITTEN
+from postproc.rapid.program.instructions import KNOWN_INSTRUCTIONS, LASTING, READ_ONLY, STATE_OF_INSTRUCTION, WRITTEN
 from postproc.rapid.program.late_binding import BY_NAME, LATE, Template, late_call, may_be, named_by_text, text_template
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.signatures import SIGNATURES
@@ -236,8 +236,8 @@ class _Reading:
         called = program.routine(word, routine.module)
         if called is not None:
             self.add_arguments(called, read_arguments(data, start, statement.span[1]), writer)
-        elif word in STATE:
-            self.keys.add(STATE[word])
+        elif word in STATE_OF_INSTRUCTION:
+            self.keys.add(STATE_OF_INSTRUCTION[word])
         elif word in READ_ONLY:
             if b":=" in data[slice(*statement.span)]:
                 pieces = read_arguments(data, start, statement.span[1])
@@ -246,7 +246,7 @@ class _Reading:
             keys = (self.reader.written(d, writer=writer) for d in named_by_text(statement, routine, program))
             self.keys.update(key for key in keys if key is not None)
         else:
-            if word not in KNOWN and word not in SIGNATURES:
+            if word not in KNOWN_INSTRUCTIONS and word not in SIGNATURES:
                 self.unseen_code(writer)
             self.add_arguments(None, read_arguments(data, start, statement.span[1]), writer)
             if word in LASTING:

@@ -34,7 +34,7 @@ from postproc.rapid.syntax.trees import (
 )
 from postproc.rapid.unknown import Kind, Unknown
 
-MAX_NESTING = 40
+MAX_EXPRESSION_NESTING = 40
 MAX_OPERATORS = 150
 
 
@@ -66,7 +66,7 @@ def read_expression(data: bytes, start: int, end: int) -> Expression:
     """Read the longest expression at the begin of ``data[start:end]``; its ``span`` says where it ends.
 
     Raises:
-        ExpressionError: there is none, or it is nested deeper than ``MAX_NESTING``.
+        ExpressionError: there is none, or it is nested deeper than ``MAX_EXPRESSION_NESTING``.
     """
     return _Reader(data, start, end).binary(0)
 
@@ -133,9 +133,9 @@ class _Reader:
             raise ExpressionError(f"`{word}` is missing before `{self.word}`")
 
     def deeper(self) -> None:
-        """Count one more level of nesting; raise ExpressionError beyond ``MAX_NESTING``."""
+        """Count one more level of nesting; raise ExpressionError beyond ``MAX_EXPRESSION_NESTING``."""
         self.depth += 1
-        if self.depth > MAX_NESTING:
+        if self.depth > MAX_EXPRESSION_NESTING:
             raise ExpressionError("the expression is nested too deeply")
 
     def binary(self, level: int) -> Expression:
@@ -195,7 +195,7 @@ class _Reader:
         parts = 0
         while self.kind == "operator" and self.word in ("{", "."):
             parts += 1
-            if parts > MAX_NESTING:
+            if parts > MAX_EXPRESSION_NESTING:
                 raise ExpressionError("the expression is nested too deeply")
             if self.take("{"):
                 indices = self.listed("}")

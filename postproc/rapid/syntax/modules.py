@@ -19,7 +19,7 @@ from postproc.rapid.syntax.statements import (
 from postproc.rapid.syntax.tokens import skip
 
 ITEM_WORDS = DATA_WORDS | ROUTINE_WORDS | {b"local", b"task", b"record", b"alias"}
-HEADER = re.compile(rb"(?:\xef\xbb\xbf)?\s*%%%.*?%%%", re.DOTALL)
+FILE_HEADER = re.compile(rb"(?:\xef\xbb\xbf)?\s*%%%.*?%%%", re.DOTALL)
 
 
 class FileReader(StatementReader):
@@ -28,7 +28,7 @@ class FileReader(StatementReader):
     def file(self) -> list[Module]:
         """Read every module of the file; data and routines outside of modules become modules without a name."""
         modules: list[Module] = []
-        header = HEADER.match(self.data)
+        header = FILE_HEADER.match(self.data)
         if header is not None:
             self.at = header.end()
         stray: int | None = None  # where text outside modules begins

@@ -6,7 +6,7 @@ import re
 
 from postproc.rapid.syntax.tokens import BLANK, COMMENT, IDENTIFIER, PLACEHOLDER, STRING, many, skip
 
-GAP = many(BLANK + rb"|" + COMMENT)
+TOKEN_GAP = many(BLANK + rb"|" + COMMENT)
 DEPTH = 12  # brackets nested deeper than this are not read (a robtarget array in an aggregate needs 5)
 
 
@@ -32,22 +32,24 @@ def up_to(word: bytes) -> re.Pattern[bytes]:
 
 def _spaced(*parts: bytes) -> re.Pattern[bytes]:
     """A compiled pattern of the parts in order, with any blanks and comments between them."""
-    return re.compile(GAP.join(parts))
+    return re.compile(TOKEN_GAP.join(parts))
 
 
 def _maybe(part: bytes) -> bytes:
     """A pattern of an optional part, followed by blanks and comments if it is there."""
-    return rb"(?:" + part + GAP + rb")?"
+    return rb"(?:" + part + TOKEN_GAP + rb")?"
 
 
 WORDED = rb"(" + IDENTIFIER + rb")"
 # The first word of a statement and what follows it.
-LEAD = re.compile(GAP + rb"(?:" + WORDED + GAP + rb"(:=|:|\{|\.(?!\d))?)?")
-WORD = re.compile(GAP + WORDED)
+LEAD = re.compile(TOKEN_GAP + rb"(?:" + WORDED + TOKEN_GAP + rb"(:=|:|\{|\.(?!\d))?)?")
+WORD = re.compile(TOKEN_GAP + WORDED)
 TO_SEMICOLON = re.compile(many(rb"[^;!\"]++|" + STRING + rb"|" + COMMENT + rb"|\""))
 TO_LINE_END = re.compile(rb"[^\n]*+")
-PLACE = re.compile(PLACEHOLDER)
-REFERENCE = _spaced(IDENTIFIER + many(GAP + rb"(?:" + BRACKETED + rb"|\." + GAP + IDENTIFIER + rb")"), rb"(:=)")
+PLACE_PATTERN = re.compile(PLACEHOLDER)
+REFERENCE = _spaced(
+    IDENTIFIER + many(TOKEN_GAP + rb"(?:" + BRACKETED + rb"|\." + TOKEN_GAP + IDENTIFIER + rb")"), rb"(:=)"
+)
 # A line that starts with one of these ends the statement before it, whether or not that has its semicolon.
 HARD_STOP = re.compile(
     rb"\n[ \t]*+(?i:(?:END(?:PROC|FUNC|TRAP|MODULE|RECORD|IF|FOR|WHILE|TEST)|ELSE|ELSEIF|CASE|DEFAULT|PROC|FUNC|TRAP"
@@ -55,9 +57,9 @@ HARD_STOP = re.compile(
     rb"|(?:Move(?:[JLC]|AbsJ)|Arc[LC](?:Start|End)?\d?)[ \t]+[\w\[*\\])"
 )
 DECLARATION = _spaced(rb"(?i:(CONST|PERS|VAR))", WORDED, WORDED, _maybe(rb"(" + BRACKETED + rb")") + rb"(:=)?")
-MODULE_HEAD = re.compile(rb"(?i:MODULE)" + GAP + WORDED + rb"(?:" + GAP + rb"(\([^()]*+\)))?")
+MODULE_HEAD = re.compile(rb"(?i:MODULE)" + TOKEN_GAP + WORDED + rb"(?:" + TOKEN_GAP + rb"(\([^()]*+\)))?")
 ROUTINE_HEAD = re.compile(
-    rb"(?i:(?:(FUNC)" + GAP + WORDED + rb"|(PROC|TRAP)))" + GAP + WORDED + rb"(?:" + GAP + rb"(\("
+    rb"(?i:(?:(FUNC)" + TOKEN_GAP + WORDED + rb"|(PROC|TRAP)))" + TOKEN_GAP + WORDED + rb"(?:" + TOKEN_GAP + rb"(\("
     + many(rb"[^()\"!]++|" + STRING + rb"|" + COMMENT) + rb"\)))?"
 )  # fmt: skip
 # A search does not start again at every letter of a long word, nor at every blank before it.
@@ -69,12 +71,22 @@ PARAMETER = _spaced(
 FIELD = _spaced(rb"", WORDED, WORDED, rb";")
 # One argument of an instruction: separator, \\name (or the name of a required argument), := or ?, expression.
 PIECE = re.compile(
-    GAP + rb"(,?)" + GAP + rb"(?>(?:\\" + GAP + WORDED + GAP + _maybe(rb"(:=|\?)") + rb"|"
-    + IDENTIFIER + GAP + rb":=" + GAP + rb")?)(" + EXPRESSION + rb")"
+    TOKEN_GAP + rb"(,?)" + TOKEN_GAP + rb"(?>(?:\\" + TOKEN_GAP + WORDED + TOKEN_GAP + _maybe(rb"(:=|\?)") + rb"|"
+    + IDENTIFIER + TOKEN_GAP + rb":=" + TOKEN_GAP + rb")?)(" + EXPRESSION + rb")"
 )  # fmt: skip
 # One of the first arguments of a motion instruction, if it is no option; group 1: its expression.
 TARGET = re.compile(
-    GAP + rb",?" + GAP + rb"(?>(?:" + IDENTIFIER + GAP + rb":=" + GAP + rb")?)(?![,;\\])(" + EXPRESSION + rb")"
+    TOKEN_GAP
+    + rb",?"
+    + TOKEN_GAP
+    + rb"(?>(?:"
+    + IDENTIFIER
+    + TOKEN_GAP
+    + rb":="
+    + TOKEN_GAP
+    + rb")?)(?![,;\\])("
+    + EXPRESSION
+    + rb")"
 )
 # Arguments that are names, nothing else between them than commas.
 PLAIN_REST = re.compile(rb",[A-Za-z_]\w*+" + many(rb",[A-Za-z_]\w*+"))

@@ -112,7 +112,7 @@ class StatementReader(Cursor):
             end, closed = self.to_semicolon(at)
             self.at = end + 1 if closed else end
             return Statement("call", (at, self.at), "%")
-        place = patterns.PLACE.match(data, at)
+        place = patterns.PLACE_PATTERN.match(data, at)
         if place is not None:
             self.at = place.end()
             self.semicolon()

@@ -12,7 +12,7 @@ from postproc.arrays import Array
 from postproc.report.blocks import Bars
 from postproc.report.drawing.svg import ChartAxes, Range, band, dots, line, ring, spread
 
-FEW = 6  # a channel with so few values is drawn as columns of points
+FEW_LEVELS = 6  # a channel with so few values is drawn as columns of points
 SIZE = (340, 220)  # as wide as a phone shows without making its text smaller
 
 
@@ -60,7 +60,7 @@ def scatter(
     if not good.any():
         return ""
     distinct = np.unique(x[good])
-    columns = len(distinct) <= FEW and good.sum() > len(distinct)
+    columns = len(distinct) <= FEW_LEVELS and good.sum() > len(distinct)
     if columns:
         wide = 0.3 * (float(np.diff(distinct).min()) if len(distinct) > 1 else 1.0)
         x = x + wide * ((0.618034 * np.arange(len(x))) % 1.0 - 0.5)  # golden ratio: evenly, whatever the order
@@ -166,7 +166,7 @@ def _means(frame: ChartAxes, bins: Bins) -> list[str]:
     """Return the means of bins joined by a line, each with its standard error, as SVG."""
     low, high = frame.range_y
     places = frame.places(bins.x, np.clip(bins.mean, low, high))
-    parts = [line(places, "means")] if len(bins.x) > FEW else []
+    parts = [line(places, "means")] if len(bins.x) > FEW_LEVELS else []
     for (x, y), mean, error, text in zip(places, bins.mean, bins.error, bins.text, strict=True):
         ends = [frame.y(float(np.clip(mean + side * error, low, high))) for side in (-1, 1)]
         parts.append(

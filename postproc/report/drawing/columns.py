@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from postproc.arrays import Array
 from postproc.robot.arm import Robot
 
-STEPS = 65_000  # of a packed column between its smallest and its largest value
+QUANTISED_STEPS = 65_000  # of a packed column between its smallest and its largest value
 
 
 def exact(values: ArrayLike) -> dict[str, Any]:
@@ -26,7 +26,7 @@ def packed(values: ArrayLike) -> dict[str, Any]:
     array = np.asarray(values, dtype=float)
     known = np.isfinite(array)
     low, high = (float(array[known].min()), float(array[known].max())) if known.any() else (0.0, 0.0)
-    step = (high - low) / STEPS or 1.0
+    step = (high - low) / QUANTISED_STEPS or 1.0
     steps = np.where(known, np.round((np.where(known, array, low) - low) / step) + 1, 0)  # 0 is NaN
     return {**_column(steps.astype("<u2"), "u2"), "low": low - step, "step": step}
 

@@ -17,17 +17,17 @@ from postproc.effects.base import Effect
 from postproc.effects.contract import State
 from postproc.estimation.channels import fit_channels, unit_of
 from postproc.estimation.fitted import Fit
-from postproc.identification.trends import DAMPING
+from postproc.identification.trends import LEAST_LEVER_M
 from postproc.model.derivatives.places import BODY, INSTRUMENT, JOINT, PLACES, TOOL, displacement_parts, flat
 from postproc.report.drawing.charts import DrawnCurve, scatter
 from postproc.robot.kinematics import body_poses
 
 GRID, ROWS = 80, 24  # values of a channel, and measured rows over which the law is averaged at each of them
-FOLLOWS = 0.3  # of the variance, that may not follow the channel of a law
+LARGEST_SCATTER = 0.3  # of the variance, that may not follow the channel of a law
 MINOR = 0.15  # of the largest, that a coordinate must move to be drawn
-MOST = 4  # coordinates of one effect
+MOST_COORDINATES = 4  # coordinates of one effect
 PREFIXES = {"q": "q", "pose": "q", "v": "v", "a": "a", "approach": "dir", "load": "load", "wrench": "f"}
-FIELDS = {"q": "q", "v": "v", "a": "a", "dir": "approach", "load": "joint_load"}
+CHANNEL_FIELDS = {"q": "q", "v": "v", "a": "a", "dir": "approach", "load": "joint_load"}
 TORQUE = "torque"
 
 
@@ -93,7 +93,7 @@ def _laws(fit: Fit, effect: Effect, state: State, named: dict[str, Array]) -> li
     # What is the same in all rows differs by rounding.
     size = np.where(np.ptp(moved, axis=0) > 1e-9 * np.abs(moved).max(axis=0), moved.std(axis=0), 0.0)
     laws = []
-    for k in np.argsort(-size, kind="stable")[:MOST]:
+    for k in np.argsort(-size, kind="stable")[:MOST_COORDINATES]:
         channel = _channel(effect, int(k), moved[:, k], named) if size[k] > 0 else None
         if size[k] < MINOR * size.max() or channel is None:
             continue
@@ -153,7 +153,7 @@ def _channel(effect: Effect, k: int, values: Array, named: dict[str, Array]) -> 
     channels = [
         c for c in named if c in read or (c[:-1] in read and c[-1:].isdigit()) or (c[:1] == "f" and "f" in read)
     ]
-    best, least = None, FOLLOWS
+    best, least = None, LARGEST_SCATTER
     # At a joint its own channel comes first among those that explain as much.
     for channel in sorted(channels, key=lambda c: c[-1:] != str(k + 1)):
         y = values[np.lexsort((values, named[channel]))]
@@ -209,10 +209,10 @@ def _curve(
 def _swept(state: State, channel: str, values: Array) -> State:
     """Return the n states with one channel set to (n,) values; poses of bodies follow the joints."""
     name, joint = channel[:-1], channel[-1:]
-    if name in FIELDS and joint.isdigit():
-        column = np.array(getattr(state, FIELDS[name]), dtype=float)
+    if name in CHANNEL_FIELDS and joint.isdigit():
+        column = np.array(getattr(state, CHANNEL_FIELDS[name]), dtype=float)
         column[:, int(joint) - 1] = values
-        state = state.with_(**{FIELDS[name]: column})
+        state = state.with_(**{CHANNEL_FIELDS[name]: column})
         if name == "q" and state.robot is not None:
             state = state.with_(T_base_body=body_poses(state.robot, column))
         return state
@@ -241,5 +241,5 @@ def _residual(fit: Fit, k: int) -> Array:
         return np.full(len(error), np.nan)
     known = np.isfinite(error)
     lever = fit.problem.sensitivity.matrix[:, :3, k] * known
-    projected = np.sum(lever * np.nan_to_num(error), axis=1) / (np.sum(lever**2, axis=1) + DAMPING**2)
+    projected = np.sum(lever * np.nan_to_num(error), axis=1) / (np.sum(lever**2, axis=1) + LEAST_LEVER_M**2)
     return np.where(known.any(axis=1), projected, np.nan)

@@ -22,8 +22,8 @@ from postproc.rapid.data.events import MotionStatement
 from postproc.report.blocks import Values
 from postproc.report.drawing.columns import chain_of, exact, packed
 
-MOST = 60_000  # samples of a page; more than that are thinned, the largest deviations stay
-LONGEST = 60  # characters of a target's name
+MOST_POINTS = 60_000  # samples of a page; more than that are thinned, the largest deviations stay
+LONGEST_NAME = 60  # characters of a target's name
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +122,7 @@ def _across(curves: Curves, deviation: Deviation) -> Array:
 def _thinned(places: Places) -> Places:
     """Return at most about 60,000 places: the ends of every move, the largest deviation of each, and others evenly."""
     n = len(places.move)
-    if n <= MOST:
+    if n <= MOST_POINTS:
         return places
     ends = np.append(True, np.diff(places.move) != 0) | np.append(np.diff(places.move) != 0, True)
     size = np.maximum(*(np.linalg.norm(d, axis=1) for d in (places.before, places.after)))
@@ -130,7 +130,7 @@ def _thinned(places: Places) -> Places:
     largest = order[np.append(True, np.diff(places.move[order]) != 0)]
     keep = ends.copy()
     keep[largest] = True
-    keep[:: -(-n // max(MOST - int(keep.sum()), n // 20))] = True
+    keep[:: -(-n // max(MOST_POINTS - int(keep.sum()), n // 20))] = True
     return Places(places.move[keep], places.u[keep], places.before[keep], places.after[keep])
 
 
@@ -197,7 +197,7 @@ def _target(statement: MotionStatement) -> str:
     text = "" if argument is None else " ".join(argument.text.split())
     if text.startswith("["):
         text = f"{text.partition(']')[0]}]"  # its position says which it is
-    return text if len(text) <= LONGEST else f"{text[: LONGEST - 1]}\N{HORIZONTAL ELLIPSIS}"
+    return text if len(text) <= LONGEST_NAME else f"{text[: LONGEST_NAME - 1]}\N{HORIZONTAL ELLIPSIS}"
 
 
 def _sources(conversion: Conversion) -> dict[str, list[str]]:

@@ -13,7 +13,7 @@ from postproc.estimation.channels import fit_channels, unit_of
 from postproc.estimation.fitted import Fit
 from postproc.identification.compare import worst_rows
 from postproc.identification.diagnosis import suspect_size
-from postproc.identification.trends import DAMPING, Trend, joint_inverse, residual_trends
+from postproc.identification.trends import LEAST_LEVER_M, Trend, joint_inverse, residual_trends
 from postproc.measure.errors import distances
 from postproc.patterns.suspects import Suspect
 from postproc.report.blocks import Chart, Section
@@ -104,7 +104,7 @@ def suspect_chart(fit: Fit, suspect: Suspect, noise: float | None) -> str:
     along = ways / np.linalg.norm(ways) if len(ways) > 1 else np.ones(1)
     lever = (suspect.place[:, :3] @ along) * np.isfinite(fit.problem.error[:, :3])
     square = (lever**2).sum(axis=1)
-    taken = (lever * np.nan_to_num(residual[:, :3])).sum(axis=1) / (square + DAMPING**2)
+    taken = (lever * np.nan_to_num(residual[:, :3])).sum(axis=1) / (square + LEAST_LEVER_M**2)
     shown = (ways @ along) * suspect.values + taken
     direction = f", along ({', '.join(f'{x:z.1f}' for x in along)})" if len(along) > 1 else ""
     unit, factor = unit_of(suspect.channel)
@@ -113,7 +113,9 @@ def suspect_chart(fit: Fit, suspect: Suspect, noise: float | None) -> str:
         1e3 * shown,
         f"{suspect.channel} [{unit}]" if unit else suspect.channel,
         f"{ours} at {suspect.where}{direction}",
-        noise=None if noise is None else 2e3 * noise * float(np.sqrt((square / (square + DAMPING**2) ** 2).mean())),
+        noise=None
+        if noise is None
+        else 2e3 * noise * float(np.sqrt((square / (square + LEAST_LEVER_M**2) ** 2).mean())),
         title=f"{suspect.where}: {suspect.pattern}",
     )
 

@@ -22,8 +22,8 @@ from postproc.report.drawing.residuals import Channels, pose_name
 from postproc.robot.kinematics import forward
 from postproc.robot.pose import displace
 
-MOST = 3000  # poses that are drawn
-TARGETS = 6  # of the sample program
+MOST_POSES_DRAWN = 3000  # poses that are drawn
+MOST_TARGETS_DRAWN = 6  # of the sample program
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +105,7 @@ def distance_chart(fit: Fit, noise: float | None, held_out: bool) -> str:
 def _chosen(fit: Fit) -> Array:
     """Return the indices (k,) of rows that are drawn: at most about 3000 evenly, and the 20 worst."""
     n = len(fit.data)
-    every = np.arange(0, n, -(-n // MOST) or 1)
+    every = np.arange(0, n, -(-n // MOST_POSES_DRAWN) or 1)
     worst = np.argsort(-np.nan_to_num(distances(fit.observed_error)))[:20]
     return np.union1d(every, worst)
 
@@ -132,7 +132,7 @@ def _sample_program(model: Model, fit: Fit, rows: Array) -> list[Values]:
     Returns:
         One entry a pose: its ``name``, and the positions ``programmed`` and ``written`` [mm] of the TCP.
     """
-    index = rows[np.linspace(0, len(rows) - 1, min(TARGETS, len(rows))).astype(int)]
+    index = rows[np.linspace(0, len(rows) - 1, min(MOST_TARGETS_DRAWN, len(rows))).astype(int)]
     state = fit.problem.rest.state.rows(index)
     if not fit.data.tool_known:
         # Nobody said which tool it was: what was fitted is the tool, and no error of it.

@@ -28,7 +28,7 @@ from postproc.robot.pose import rpy, transform
 
 SAME_PLACE = 1e-3  # [m]: two arms do not stand nearer to each other
 SAME_WAY = np.radians(2.0)
-CARRIED = ("TRACK", "EXT_LIN")
+CARRYING_NAMES = ("TRACK", "EXT_LIN")
 
 
 def read_cell(backup: Backup) -> Cell:
@@ -114,7 +114,7 @@ def _single(motion: Entries, name: str, entry: Entry, active: bool) -> Unit:
 def _mechanics(motion: Entries, type_: str) -> tuple[Kind, str]:
     """Return how a SINGLE of this type moves, and a text on why that is not known; the text is empty where it is."""
     stated = by_name(motion, "SINGLE_TYPE").get(type_.lower(), {}).get("mechanics", "").upper()
-    if stated in CARRIED or (not stated and type_.upper().startswith("IRBT")):
+    if stated in CARRYING_NAMES or (not stated and type_.upper().startswith("IRBT")):
         return "linear", ""
     if stated in ("FREE_ROT", "EXT_ROT"):
         return "rotary", ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from postproc.rapid.data.builtins import FUNCTIONS
 from postproc.rapid.data.events import Argument, MotionStatement
 from postproc.rapid.evaluation.evaluate import names_in
-from postproc.rapid.program.from_the_arm import STANDING
+from postproc.rapid.program.from_the_arm import STANDING_FUNCTIONS
 from postproc.rapid.syntax.edits import Edit
 from postproc.rapid.syntax.expressions import read_whole_expression
 from postproc.rapid.syntax.trees import (
@@ -22,7 +22,7 @@ from postproc.rapid.syntax.trees import (
 from postproc.rapid.unknown import Unknown
 
 CORRECTED, CORRECTED_CIRCLE = "ppCorrected", "ppCorrectedCirc"
-POSITIONS = STANDING | {"calcrobt"}
+POSITIONS = STANDING_FUNCTIONS | {"calcrobt"}
 """Functions that give where the arm stands, or stands with some joint angles."""
 CORRECTING = frozenset({CORRECTED.lower(), CORRECTED_CIRCLE.lower()})
 """Functions that have corrected what they give."""

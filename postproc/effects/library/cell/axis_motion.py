@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 Mask = NDArray[np.bool_]
 
-MOVED = 1e-6  # [m] or [rad]: an axis that stood still in all rows tells nothing of its motion
+LEAST_MOVE = 1e-6  # [m] or [rad]: an axis that stood still in all rows tells nothing of its motion
 
 
 class AxisMotion(Effect, ABC, reads=("external_axes", "robot"), linear=False):
@@ -64,7 +64,7 @@ class AxisMotion(Effect, ABC, reads=("external_axes", "robot"), linear=False):
             return current.axes
         if state.station is None or state.external_axes is None:
             return ()
-        moved = np.ptp(np.nan_to_num(state.external_axes), axis=0) > MOVED
+        moved = np.ptp(np.nan_to_num(state.external_axes), axis=0) > LEAST_MOVE
         found = (axis for axis in state.station.joints if moved[AXES.index(axis)] and side_of(state, axis).any())
         return tuple(sorted(found))
 

@@ -14,7 +14,7 @@ from postproc.effects.library.cell.axis_motion import AxisMotion, Mask, across, 
 if TYPE_CHECKING:
     from postproc.robot.cells.cell import Joint
 
-SEEN = 1e-3
+LEAST_SAG_SHARE = 1e-3
 """Share of the largest by which a sag must change from row to row to be looked for."""
 
 
@@ -69,7 +69,7 @@ class ExternalAxisCompliance(
             T, side = state.axis_frames[axis][0], side_of(state, axis)
             own = ~across(state.station.joints[axis])
             sag = np.ptp(_sagging(state, T, side), axis=0)
-            seen = sag > SEEN * max(1.0, float(sag.max()))
+            seen = sag > LEAST_SAG_SHARE * max(1.0, float(sag.max()))
             forced = (side > 0).any() or (state.wrench is not None and np.any(np.asarray(state.wrench)[side < 0]))
             tilt, none = np.full(3, forced), np.zeros(3, dtype=bool)
             for what, tilts, sags in (

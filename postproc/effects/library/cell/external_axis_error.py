@@ -16,14 +16,18 @@ from postproc.effects.library.cell.axis_motion import AxisMotion, position_of, s
 if TYPE_CHECKING:
     from postproc.robot.cells.cell import Joint
 
-ORDERS = (1, 2, 3, 4, 5, 6, 8, 10, 13)
-WHOLE = {"": (slice(0, 2), slice(0, 3)), ", shifts": (slice(0, 1), slice(0, 3)), ", turns": (slice(1, 2), slice(0, 3))}
-ALONE = {
+WAVE_ORDERS = (1, 2, 3, 4, 5, 6, 8, 10, 13)
+ALL_TERMS = {
+    "": (slice(0, 2), slice(0, 3)),
+    ", shifts": (slice(0, 1), slice(0, 3)),
+    ", turns": (slice(1, 2), slice(0, 3)),
+}
+SINGLE_TERMS = {
     f", {what} {'xyz'[i]}": (slice(k, k + 1), slice(i, i + 1))
     for k, what in enumerate(("shift along", "turn about"))
     for i in range(3)
 }
-COMPONENTS = WHOLE | ALONE
+COMPONENTS = ALL_TERMS | SINGLE_TERMS
 """Which of the six error motions a form frees: shifts or turns, and along or about which axes of the frame."""
 ROUND = 1.5 * np.pi
 """Travel [rad] of a turning axis from which on its error is a function of the angle on the circle."""
@@ -98,14 +102,14 @@ class ExternalAxisError(
         low, high = tuple(where.min(axis=0).tolist()), tuple(where.max(axis=0).tolist())
         told = [len(np.unique(np.round(column, 3))) - 1 for column in where.T]
         found: list[Variant] = []
-        for order in ORDERS if current is None else (current.functions - 1,):
+        for order in WAVE_ORDERS if current is None else (current.functions - 1,):
             effect = cls(axes=axes, functions=order + 1, low=low, high=high) if current is None else current
             # (2, axes, functions, 3): shifts, then turns, as the vector has them.
             none = np.zeros((2, *effect.shift_m.shape), dtype=bool)
             every = [(f"eax_{axis}", [k], told[k]) for k, axis in enumerate(axes)]
             every += [("all axes", list(range(len(axes))), min(told))] if len(axes) > 1 else []
             for name, some, most in every if order <= max(told) else ():
-                for what, part in COMPONENTS.items() if len(some) == 1 else WHOLE.items():
+                for what, part in COMPONENTS.items() if len(some) == 1 else ALL_TERMS.items():
                     free = none.copy()
                     free[part[0], some, :, part[1]] = True
                     # Where the arm stands against the work at position 0 is one thing, whichever axis is blamed.

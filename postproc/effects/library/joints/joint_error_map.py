@@ -10,7 +10,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.effects.base import Effect, JointBasis, State, Variant, param, structure, variant
 
-ORDERS = (4, 6, 8, 12, 16, 25, 40, 64)
+MAP_ORDERS = (4, 6, 8, 12, 16, 25, 40, 64)
 FALLS = (1.0, 1.5, 2.0, 3.0)
 MANY_ROWS = 500  # Higher orders than 25 are only tried on data that could show them.
 FULL = 100.0  # Angle [rad] to either side where a full turn has been seen.
@@ -80,7 +80,9 @@ class JointErrorMap(
         several = len(self.joint) > 2
         choices = [self.joint, tuple(sorted((*self.joint, *moving)))] if several and moving else [self.joint]
         size, joints = 6 * len(state) * len(choices[-1]), len(self.joint)
-        orders = [k for k in ORDERS if (size * k <= MANY_CELLS if several else _carried(state, joints + (k > 25), k))]
+        orders = [
+            k for k in MAP_ORDERS if (size * k <= MANY_CELLS if several else _carried(state, joints + (k > 25), k))
+        ]
         every = (orders or [self.order])[::-1]
         return tuple(tuple(self.on(joint, k, fall) for k in every) for joint in choices for fall in FALLS)
 
@@ -115,7 +117,7 @@ class JointErrorMap(
         low, high = np.where(full, -FULL, low), np.where(full, FULL, high)
         moving = tuple(int(j) + 1 for j in np.flatnonzero(high - low > 0.1))
         choices: list[tuple[tuple[int, ...], tuple[int, ...]]] = []
-        fine = tuple(k for k in ORDERS if k <= 25 or len(state) >= MANY_ROWS)
+        fine = tuple(k for k in MAP_ORDERS if k <= 25 or len(state) >= MANY_ROWS)
         if current is None:
             choices = [(joints, fine) for joints in [moving, *((j,) for j in moving)]]
         else:

@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array, finest
 from postproc.effects.base import Effect, JointBasis, State, Variant, param, structure, variant
-from postproc.effects.library.joints.joint_error_map import ORDERS as MAPPED
+from postproc.effects.library.joints.joint_error_map import MAP_ORDERS as MAPPED
 from postproc.effects.sums import SumOfTerms
 
 GEAR, MOTOR = 30, 320
 """Highest order searched of the output side, and of the motor side: two waves a turn of a strain-wave gear of 160:1."""
-MANY = 3
+MANY_LINES = 3
 """Lines in all from which a smooth function may tell them as well."""
-CLOSE = np.array([0.02, 0.04, 0.06, 0.08, 0.1, 0.2, 0.3, 0.4, 0.5])
+CLOSE_ORDERS = np.array([0.02, 0.04, 0.06, 0.08, 0.1, 0.2, 0.3, 0.4, 0.5])
 """How far beside an order others are tried, on either side."""
 LOWEST = 1.0
 """No wheel turns more slowly than the joint that it moves: what comes again more rarely is a slope, and no gear's."""
@@ -84,7 +84,7 @@ class TransmissionError(
         """A map in place of the terms of joints that have several, or of all terms if three or more; motors' stay."""
         motor, joint = np.array(self.order) > GEAR, np.array(self.joint)
         crowded = ~motor & (np.bincount(joint[~motor], minlength=7)[joint] > 1)
-        parts = [crowded, ~motor if (~motor).sum() >= MANY else crowded]
+        parts = [crowded, ~motor if (~motor).sum() >= MANY_LINES else crowded]
         some = {part.tobytes(): part for part in parts if part.any()}.values()
         return [(None if part.all() else self._among(~part), "joint_error_map") for part in some]
 
@@ -111,7 +111,7 @@ class TransmissionError(
         terms, every = list(zip(self.joint, self.order, strict=True)), np.ones(2 * len(self.order), dtype=bool)
         old, found = len(terms) - new, []
         for at, (j, order) in enumerate(terms[old:], old):
-            for n in order + np.concatenate([-CLOSE, CLOSE]):
+            for n in order + np.concatenate([-CLOSE_ORDERS, CLOSE_ORDERS]):
                 one = j, round(float(n), 2)
                 if n >= LOWEST and one not in terms:
                     some = [*terms[:at], one, *terms[at + 1 :]]

@@ -14,7 +14,7 @@ from postproc.effects.geometry import weight
 from postproc.effects.roles import Role
 from postproc.robot.arm import Robot
 
-WRIST = 0.1
+WRIST_ODDS = 0.1
 """How ordinary a part on body 5 is beside one on the arm: a hand's breadth long, it leaves room for the tool alone."""
 
 
@@ -71,6 +71,6 @@ class ArmLoad(
                 )
                 last = np.arange(len(effect.body)) == len(old.body)
                 new = np.concatenate([last, np.repeat(last, 3)])
-                odds = WRIST if b == 5 else 1.0
+                odds = WRIST_ODDS if b == 5 else 1.0
                 found.append(variant(effect, f"body {b}", new, effect.amplitudes(), odds))
         return tuple(found)

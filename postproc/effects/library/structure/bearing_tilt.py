@@ -11,7 +11,7 @@ from postproc.arrays import Array
 from postproc.effects.base import Displacement, Effect, State, Variant, by_joint, param, structure
 from postproc.effects.geometry import distal_point, joint_axis
 
-FLOOR = 0.05
+FLOOR_ODDS = 0.05
 """Odds of joint 1 alone: an even floor or pedestal does exactly the same with two numbers."""
 
 
@@ -58,7 +58,7 @@ class BearingTilt(
         found = by_joint(current or cls())
         if current is not None or state.robot is None:
             return found
-        found = (found[0], replace(found[1], odds=FLOOR), *found[2:])
+        found = (found[0], replace(found[1], odds=FLOOR_ODDS), *found[2:])
         if not np.any(distal_point(state.robot, 0)):
             return found
-        return (*found, replace(by_joint(cls(pivot="floor"))[1], label="joint 1, about the floor", odds=FLOOR))
+        return (*found, replace(by_joint(cls(pivot="floor"))[1], label="joint 1, about the floor", odds=FLOOR_ODDS))

@@ -12,7 +12,7 @@ GROUPED = {
     ",": re.compile("[-+]?\\d{1,3}(?:['\u2019 \u00a0]\\d{3})+(?:,\\d*)?|[-+]?\\d{1,3}(?:[.]\\d{3})+,\\d*"),
 }
 """Numbers with marks between thousands, by the decimal sign; 1,193 alone may be either and is not one of them."""
-EMPTY = frozenset({"", "nan", "na", "n/a", "null", "none", "-", "#n/a"})
+EMPTY_CELLS = frozenset({"", "nan", "na", "n/a", "null", "none", "-", "#n/a"})
 
 
 def as_number(cell: str, decimal: str) -> str:
@@ -39,7 +39,7 @@ def is_number(cell: str, decimal: str) -> bool:
 
 def holds_numbers(cells: Sequence[str], decimal: str) -> bool:
     """Return whether at least half of the cells that are not empty are numbers, and one is not empty."""
-    filled = [cell for cell in cells if cell.lower() not in EMPTY]
+    filled = [cell for cell in cells if cell.lower() not in EMPTY_CELLS]
     return 2 * sum(is_number(cell, decimal) for cell in filled) >= max(len(filled), 1)
 
 

@@ -17,7 +17,7 @@ USUAL = ("xyz", "ZYX", "ZYZ", "rotvec")
 TRIPLES = ["".join(axes) for axes in product("xyz", repeat=3) if axes[0] != axes[1] != axes[2]]
 FORMS = (*USUAL, *(form for axes in TRIPLES for form in (axes, axes.upper()) if form not in USUAL))
 """Three numbers, the usual forms first: small letters about fixed axes, capitals about axes that turn along."""
-FOLLOWS = np.radians(5.0)
+LARGEST_FLANGE_TURN_RAD = np.radians(5.0)
 """No arm turns its flange by so much more than it says."""
 CLEAR_TURN = 2.5
 """Turns [rad] nearer to half a turn than this may be read both ways round."""
@@ -67,7 +67,7 @@ class Turns:
             R_base_flange: (n, 3, 3); R_instrument_base: (3, 3), None where unknown.
         """
         flange = Rotation.from_matrix(R_base_flange)
-        best, found = min(FOLLOWS, (self.off(R_base_flange, R_instrument_base) or 0.0) / CLEARER), None
+        best, found = min(LARGEST_FLANGE_TURN_RAD, (self.off(R_base_flange, R_instrument_base) or 0.0) / CLEARER), None
         four = self.numbers.shape[1] == 4
         units = (self.unit,) if four else (self.unit, "deg" if self.unit == "rad" else "rad")
         # What is less usual comes later and must be clearly better: turned round, some orders are others not so.
