@@ -27,7 +27,7 @@ def test_loads_where_they_are_read_tell_the_same_slopes(monkeypatch, key, half):
     rest = equilibrium(model, base.problem.rest.state)
     effect, every = model.effects[-1], np.ones(len(x), dtype=bool)
     known = sensitivity(model, rest).by_parameter(effect, every)
-    monkeypatch.setattr(module, "MANY", 1)
+    monkeypatch.setattr(module, "MANY_POSES", 1)
     at = sensitivity(model, rest)
     assert at.loaded.own is rest.state or key == "bearing_tilt"
     np.testing.assert_allclose(at.by_parameter(effect, every), known, atol=1e-7 * np.abs(known).max())
