@@ -109,24 +109,24 @@ def known_values(program: Program, written: Set[str]) -> list[tuple[Declaration,
     conditions = [*_conditions(program)]
     texts = [source.data.decode("latin-1") for source in program.sources]
     sizes = {d.name.lower(): d for d in program.declarations if len(d.dims) == 1}
-    found: list[tuple[Declaration, Data]] = []
+    known: list[tuple[Declaration, Data]] = []
     for d in open_:
         name = re.compile(rf"(?<![\w.]){re.escape(d.name)}(?!\w)", re.IGNORECASE)
-        own = [text for text in conditions if name.search(text)]
+        compared = [text for text in conditions if name.search(text)]
         values: list[Data] = []
-        if d.type == "bool" and own:
+        if d.type == "bool" and compared:
             values = [True, False]
         elif d.type == "string":
-            values = [word for text in own for word in _STRING.findall(text)]
+            values = [word for text in compared for word in _STRING.findall(text)]
         elif d.type in ("num", "dnum"):
-            for text in own:
+            for text in compared:
                 numbers = [float(number) for number in _NUMBER.findall(_STRING.sub("", text))]
                 sized = re.search(r"<(?!>)|(?<!<)>", text) is not None
                 values += [n + step for n in numbers for step in ((-1, 0, 1) if sized else (0,))]
             for array in {m[1].lower() for text in texts for m in _index(d.name).finditer(text)}:
                 values += [float(k + 1) for k in range(_size(sizes.get(array)))]
-        found += [(d, value) for value in dict.fromkeys(values)]
-    return found if len(found) <= MOST_VALUES else []
+        known += [(d, value) for value in dict.fromkeys(values)]
+    return known if len(known) <= MOST_VALUES else []
 
 
 def _open(declaration: Declaration) -> bool:
@@ -169,10 +169,10 @@ def _other_goals(
     goals: list[OtherGoal] = []
     for declaration, value in values:
         chosen = replace(program, chosen={declaration.key: value})
-        there = place_events(walk(chosen, options.entry), station)
-        ran, owners = run_again(chosen, drafts, plan.insertions, there, options, station=station)
+        events = place_events(walk(chosen, options.entry), station)
+        ran, owners = run_again(chosen, drafts, plan.insertions, events, options, station=station)
         written = dict(zip(owners or (), ran, strict=False))  # added statements come before their own
-        for i, event in enumerate(there):
+        for i, event in enumerate(events):
             target = written[i].target if i in written and event.statement.key in corrected else None
             runs = event.reason is None and not event.unreachable and event.resumes_from is None
             if runs and isinstance(target, RobTarget) and reached(event) not in known:

@@ -24,7 +24,7 @@ _AT_TARGET = frozenset({"\\z", "\\inpos", "\\on", "\\off", "\\value", "\\dvalue"
 _AT_START = frozenset({"\\seamname", "\\preprocesstracking"})
 
 CHOSEN = "only the controller chooses which element of an array it begins or ends at"
-TURNED_ASIDE = r"`SingArea\Wrist` turns the tool aside on the way, as its controller decides"
+UNEVEN_TURN = r"`SingArea\Wrist` turns the tool aside on the way, as its controller decides"
 
 _NO_CODE = re.compile(rb'"[^"\n]*"|![^\n]*')
 _OPENS = re.compile(
@@ -80,7 +80,7 @@ class DivisibleMoves:
     def __init__(self, program: Program, samples: Samples, changes: WriteEffects) -> None:
         self.moves = samples.moves
         self.predecessors = Predecessors(program, changes)
-        self.aside = frozenset(samples.turned_aside().tolist())
+        self.turned = frozenset(samples.turned_aside().tolist())
         self._reasons: dict[int, str] = {}
 
     def why_not(self, i: int) -> str:
@@ -99,7 +99,7 @@ class DivisibleMoves:
                 return elsewhere
             if event.one_of_several or self.moves[i - 1].event.one_of_several:
                 return CHOSEN
-        return TURNED_ASIDE if i in self.aside else why_indivisible(event) or ""
+        return UNEVEN_TURN if i in self.turned else why_indivisible(event) or ""
 
 
 def _stands_alone(data: bytes, offset: int) -> bool:
@@ -143,8 +143,8 @@ def small_zone(program: Program, event: MotionEvent) -> str:
     name, else the statement's own zone, or ``z5`` in place of a stop point.
     """
     statement = event.statement
-    own = event.zone
-    if not own.finep and own.pzone_tcp <= 1.0:
+    zone = event.zone
+    if not zone.finep and zone.pzone_tcp <= 1.0:
         argument = statement.argument("zone")
         if argument is not None:
             return argument.text
@@ -152,4 +152,4 @@ def small_zone(program: Program, event: MotionEvent) -> str:
         if not program.hides(name, statement.module, statement.routine):
             return name
     argument = statement.argument("zone")
-    return argument.text if argument is not None and not own.finep else "z5"
+    return argument.text if argument is not None and not zone.finep else "z5"

@@ -58,29 +58,29 @@ class Predecessors:
             return INTERRUPTED
         if self._goes_on_behind_errors(routine):
             return RESUMED
-        here, there = ([_text(s, "tool"), _text(s, "\\wobj") or "wobj0"] for s in (statement, before))
-        if here != there or before.signature.jointed:
+        frames, frames_before = ([_text(s, "tool"), _text(s, "\\wobj") or "wobj0"] for s in (statement, before))
+        if frames != frames_before or before.signature.jointed:
             return OTHER_FRAME
-        names = identifiers(" ".join([_text(before, "to"), *here]).encode("latin-1"))
+        names = identifiers(" ".join([_text(before, "to"), *frames]).encode("latin-1"))
         return "" if all(self._stays(name, routine) for name in names) else MAY_CHANGE
 
     @cached_property
     def _directly_before(self) -> Mapping[StatementKey, StatementKey]:
         """By key of a motion statement, the key of the one directly before it, where nothing between matters."""
-        found: dict[StatementKey, StatementKey] = {}
+        predecessors: dict[StatementKey, StatementKey] = {}
         for routine in self.program.all_routines():
             for body in (routine.body, *routine.handlers):
-                self._read(body, routine, None, found)
-        return found
+                self._read(body, routine, None, predecessors)
+        return predecessors
 
     def _read(
         self,
         body: Sequence[Statement],
         routine: Routine,
         before: MotionStatement | None,
-        found: dict[StatementKey, StatementKey],
+        predecessors: dict[StatementKey, StatementKey],
     ) -> None:
-        """Add to ``found`` what stands directly before the motion statements of a list and of those inside it.
+        """Add to ``predecessors`` what stands directly before the motion statements of a list and of those inside it.
 
         Args:
             before: the motion directly before the IF or TEST whose branch the list is.
@@ -92,12 +92,12 @@ class Predecessors:
             if functions.keys or changes.through(functions, routine):
                 before = None
             for branch in statement.branches:
-                self._read(branch.body, routine, before if statement.kind in ("if", "test") else None, found)
+                self._read(branch.body, routine, before if statement.kind in ("if", "test") else None, predecessors)
             if motion is None:
                 before = before if self._may_stand_between(statement, routine) else None
                 continue
             if before is not None:
-                found[motion.key] = before.key
+                predecessors[motion.key] = before.key
             # A search ends where it finds something; a procedure that a motion starts may write.
             plain = changes.of_one(statement, routine) == {"@moves"} and not motion.signature.results
             before = motion if plain and motion.interpolation != "none" else None
@@ -106,8 +106,8 @@ class Predecessors:
         """Whether a statement is an instruction that neither moves the arm nor writes what a line depends on."""
         if statement.kind != "call" or statement.word not in _BETWEEN:
             return False
-        own = self.changes.direct.own(statement, routine)
-        return not own.calls and self.changes.of_one(statement, routine) <= _DRIVING
+        effect = self.changes.direct.own(statement, routine)
+        return not effect.calls and self.changes.of_one(statement, routine) <= _DRIVING
 
     def _goes_on_behind_errors(self, routine: Routine) -> bool:
         """Whether a handler of a routine may pass over the statement that failed, or repeat it from elsewhere.
