@@ -7,8 +7,8 @@ import re
 import numpy as np
 import pytest
 
-from postproc.compensation.text.insertions import FROM_ELSEWHERE
 from postproc.compensation.text.laws import fit_affine
+from postproc.compensation.text.predecessors import ELSEWHERE
 from tests.compensation.build import convert, events, independent, lines_of, module, target, written
 
 A, B, C, D = target(1300, -500), target(1330, -470), target(1350, -430), target(1350, -330)
@@ -396,7 +396,7 @@ def test_runs_from_several_places_share_no_added_targets() -> None:
     texts = [s for s in lines_of(written(found)) if s.startswith("MoveL")]
     assert len(texts) > 2 and "fine,tT" in texts[0]  # the way to `p` gets none, the way to `q` does
     told = [d for d in found.diagnostics if d.code == "CMP006"]
-    assert [d.help for d in told] == [f"no target was added: {FROM_ELSEWHERE}"]
+    assert [d.help for d in told] == [f"no target was added: {ELSEWHERE}"]
     again = independent(module(data, body, long), found)
     assert again.violations == []
     assert again.after == pytest.approx(found.report["max_error_after_mm"], abs=0.002)
@@ -407,12 +407,12 @@ SEAMS = [((50, -900, 500), (90, 200, 500)), ((150, -800, 520), (150, 150, 500)),
 
 @pytest.mark.parametrize(
     ("body", "between"),
-    [("FOR i FROM 1 TO 3 DO\nweld pS{i},pE{i};\nENDFOR", ""), ("loop;", "nSeam:=nSeam+1; log nSeam;")],
+    [("FOR i FROM 1 TO 3 DO\nweld pS{i},pE{i};\nENDFOR", ""), ("loop;", "SetDO doSeam,1; WaitTime 0.1;")],
 )
 def test_seams_of_unlike_lengths_share_targets(body: str, between: str) -> None:
-    """What a line lacks grows with the square of its length, whatever runs between that leaves the names as they are."""
+    """What a line lacks grows with the square of its length, whatever stands between that leaves the names as they are."""
     starts, ends = (",".join(target(*seam[k]) for seam in SEAMS) for k in (0, 1))
-    data = f"CONST robtarget pS{{3}}:=[{starts}];\nCONST robtarget pE{{3}}:=[{ends}];\nVAR num nSeam:=0;"
+    data = f"CONST robtarget pS{{3}}:=[{starts}];\nCONST robtarget pE{{3}}:=[{ends}];"
     weld = f"""    MoveJ Offs(@S,0,0,60),v500,fine,tT\\WObj:=wT;
     ArcLStart @S,v100,sm,wd,fine,tT\\WObj:=wT;{between}
     ArcLEnd @E,v100,sm,wd,fine,tT\\WObj:=wT; ! the whole seam
@@ -424,8 +424,6 @@ def test_seams_of_unlike_lengths_share_targets(body: str, between: str) -> None:
             f"  PROC loop()\nFOR i FROM 1 TO 3 DO\n{weld.replace('@S', 'pS{i}').replace('@E', 'pE{i}')}ENDFOR\n  ENDPROC\n"
         )
     )
-    if "log" in between:
-        more += '  PROC log(num n)\n    TPWrite "seam"\\Num:=n;\n  ENDPROC\n'
     text = module(data, body, more)
     found = convert(text)
     after = found.report["max_error_after_mm"]

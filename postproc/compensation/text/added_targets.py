@@ -42,7 +42,6 @@ from postproc.rapid.data.records import RobTarget
 from postproc.rapid.program.program import Program
 from postproc.robot.configuration import confdata
 
-NO_START = "where its line begins has no name here"
 NO_PARTS = "a point of its way is an expression that cannot be worked out twice"
 OTHER_FRAME = "its line begins in another work object, displacement or tool, or at joint angles"
 
@@ -135,8 +134,7 @@ class TargetAdder:
         hidden = hidden_name(self.program, event.statement.module, arc=event.via is not None)
         if hidden is not None:
             return hidden
-        names = {self.moves[part.move].event.start for part in parts}  # what the program calls where they begin
-        runs = [self._run(part, next(iter(names)) if len(names) == 1 else None) for part in parts]
+        runs = [self._run(part) for part in parts]
         known = [run for run in runs if isinstance(run, PathRun)]
         if len(known) < len(runs):
             return next(run for run in runs if isinstance(run, str))
@@ -187,22 +185,18 @@ class TargetAdder:
         frames = [(e.wobj, e.displacement, e.tool) for e in (before, event)]
         return None if isinstance(before.target, RobTarget) and frames[0] == frames[1] else OTHER_FRAME
 
-    def _run(self, part: Pieces, name: str | None) -> PathRun | str:
+    def _run(self, part: Pieces) -> PathRun | str:
         """One execution of a move between ends that the text names, or the reason why there is no such text.
 
         Args:
             part: how it is divided.
-            name: expression for its start, None where the program has none.
         """
         event, before = self.moves[part.move].event, self.moves[part.move - 1].event
         to, via = event.statement.argument("to"), event.statement.argument("via")
-        literal = before.statement.argument("to")
-        assert to is not None and isinstance(event.target, RobTarget) and isinstance(before.target, RobTarget)
-        if name is None and literal is not None and _is_number(before.target_origin):
-            name = literal.text
-        if name is None:
-            return NO_START
-        ends = [(name, before.target_origin, before.target), (to.text, event.target_origin, event.target)]
+        start = before.statement.argument("to")
+        assert start is not None and to is not None
+        assert isinstance(event.target, RobTarget) and isinstance(before.target, RobTarget)
+        ends = [(start.text, before.target_origin, before.target), (to.text, event.target_origin, event.target)]
         if event.via is not None and event.via_origin is not None and via is not None:
             ends.insert(1, (via.text, event.via_origin, event.via))
         texts = [argument_text(text, self.program, event.statement.module) for text, _, _ in ends]

@@ -8,13 +8,13 @@ from dataclasses import replace
 from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey
 from postproc.rapid.data.records import JointTarget, RobTarget
 from postproc.rapid.evaluation.memory import LOST, NOWHERE, Memory
-from postproc.rapid.flow.states import MOST_WAYS
 from postproc.rapid.motions.elements import IndexValues, elements
 from postproc.rapid.motions.events_of import EventMaker
 from postproc.rapid.motions.regressors import Numbers, named_numbers
 from postproc.rapid.unknown import Kind
 
 MOST_KEPT = 256  # places where the arm may stand, of a program with a thousand branches
+MOST_STARTS = 8  # places from which the arm may come to a motion that are told apart
 
 
 class Recorder:
@@ -73,10 +73,7 @@ class Recorder:
         if not new and self.only_new and self._is_known(statement, memory):
             memory.ends = LOST
             return 0
-        ends = memory.ends
-        event = self.maker.event(statement, memory, self._before(ends))
-        if memory.ends != ends:  # a function in its target has moved the arm
-            event = replace(event, start=self.maker.start(self._before(memory.ends), statement, memory))
+        event = self.maker.event(statement, memory)
         if not new and self.only_new and event.reason is not None:
             self.other_targets.add(statement.key)
             memory.ends = LOST
@@ -86,14 +83,6 @@ class Recorder:
         if memory.returning and event.reason is not None:
             return 0
         return self._add(event, memory)
-
-    def _before(self, ends: frozenset[int]) -> MotionEvent | None:
-        """The last event, if it is the only one after which the arm may stand; else None.
-
-        Args:
-            ends: indices of the events after one of which the arm stands.
-        """
-        return self.events[self.last] if self.events and ends == {self.last} else None
 
     def _add(self, event: MotionEvent, memory: Memory) -> int:
         """Append an event, once for every way by which the arm comes; the arm then stands behind it.
@@ -135,7 +124,7 @@ class Recorder:
         for choice, case in cases:
             starts = {last[choice]} if choice in last and begin == {*last.values()} else begin
             case.ends, case.conditional = frozenset(starts) if len(starts) == 1 else LOST, memory.conditional + 1
-            event = self.maker.event(statement, case, self._before(case.ends))
+            event = replace(self.maker.event(statement, case), one_of_several=True)
             if event.target is None:
                 if all(unknown.root.kind is not Kind.NEVER_TAUGHT for unknown in event.unknowns):
                     self.other_targets.add(statement.key)
@@ -191,7 +180,7 @@ class Recorder:
     def either(self, *ends: frozenset[int]) -> frozenset[int]:
         """Indices of the events after one of which the arm stands where ways meet: the union of ``ends`` of each way.
 
-        Of more than ``MOST_KEPT``, two for each of the last ``MOST_WAYS`` places are kept, and ``NOWHERE``.
+        Of more than ``MOST_KEPT``, two for each of the last ``MOST_STARTS`` places are kept, and ``NOWHERE``.
         """
         union = ends[0].union(*ends[1:])
         if len(union) <= MOST_KEPT:
@@ -199,7 +188,7 @@ class Recorder:
         places: dict[tuple[object, ...], list[int]] = {}
         kept = [*union & {NOWHERE}]
         for end in sorted(union, reverse=True):
-            if end == NOWHERE or len(places) == MOST_WAYS:
+            if end == NOWHERE or len(places) == MOST_STARTS:
                 break
             ends_at_place = places.setdefault(self._place(end), [])
             kept += [end] if len(ends_at_place) < 2 else []
@@ -207,7 +196,7 @@ class Recorder:
         return frozenset(kept)
 
     def _go_by_all_ways(self, event: MotionEvent, ends: frozenset[int]) -> None:
-        """Append the event once for each of the last ``MOST_WAYS`` places from which the arm may come.
+        """Append the event once for each of the last ``MOST_STARTS`` places from which the arm may come.
 
         Args:
             ends: indices of the events after one of which the arm stands now.
@@ -215,7 +204,7 @@ class Recorder:
         # Predecessors from one place are one: of a loop's turns that end alike the last counts.
         known = sorted(ends - {NOWHERE})
         if len(known) > 1:
-            known = sorted({self._place(end): end for end in known}.values())[-MOST_WAYS:]
+            known = sorted({self._place(end): end for end in known}.values())[-MOST_STARTS:]
             known.sort(key=lambda end: end != self.last)  # on from the event before while it is the one before
         if len(ends) > 1 or not known:
             event = replace(event, detached=True, first=not known)
