@@ -29,6 +29,7 @@ ROOMS = (
     "convert",
     "settings",
     "settings_files",
+    "tasks",
     "batch",
     "schemas",
     "cli",

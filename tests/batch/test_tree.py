@@ -10,14 +10,14 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from postproc.batch.discover import discover
 from postproc.batch.document import batch_document
-from postproc.batch.nearby import read_nearby
-from postproc.batch.summary import result_line
+from postproc.cli.convert.batch_lines import result_line
 from postproc.diagnostics import PostprocError, Source
 from postproc.files import resource
 from postproc.report.terminal import render_text
 from postproc.settings import Settings
+from postproc.tasks.discover import discover
+from postproc.tasks.nearby import read_nearby
 
 from .folders import ARM, ROUGH, TOOL, UNNAMED, codes, convert, planned, program, statuses, target, tree, write
 
