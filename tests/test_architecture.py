@@ -208,6 +208,12 @@ def test_no_files_import_in_circles() -> None:
     assert sorted(uses) == []
 
 
+def test_a_single_program_passes_through_no_batch() -> None:
+    uses = {own(path) for path in MODULES if any(name.startswith("postproc.batch") for name in imported(path))}
+    others = {name for name in uses if not name.startswith("batch/")}
+    assert others == {"schemas.py", *(f"cli/convert/{name}.py" for name in ("batch", "batch_lines", "diff"))}
+
+
 def test_only_effects_know_the_library() -> None:
     """The rest asks effects by what they declare of themselves, so that one more effect is one more file."""
     library = "postproc.effects.library"

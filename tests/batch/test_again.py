@@ -146,6 +146,10 @@ def test_shards_make_the_whole(tmp_path: Path, together: bool) -> None:
     if together:
         gathered, _ = convert(source, tmp_path / "parts")
         assert len(cached(gathered)) == 9
+        (source / "n3.txt").unlink()
+        (source / "line0/Seam0.mod").unlink()
+        convert(source, tmp_path / "parts")
+        assert tree(tmp_path / "parts", without=[".postproc"]).keys() == whole.keys() - {"n3.txt", "line0/Seam0.mod"}
 
 
 def test_one_run_owns_a_folder(tmp_path: Path) -> None:
