@@ -39,7 +39,7 @@ def run_batch(ready: Ready, pool: Pool, tell: Callable[[TaskOutcome], None]) -> 
         findings = _copy_files(ready, tree)
         tree.close()
     outcomes.sort(key=lambda outcome: outcome.task.name)
-    copied = len(tree.copied) - sum(finding.severity == "error" for finding in findings)
+    copied = sum(map(ready.shard.owns, ready.plan.copies)) - sum(finding.severity == "error" for finding in findings)
     return Batch(tuple(outcomes), copied, tuple(findings))
 
 
@@ -64,12 +64,17 @@ def _jobs(ready: Ready, tree: OutputTree, note: Callable[..., None]) -> Iterator
             note(job)
             continue
         record = tree.record_of(job.name)
-        lacks_page = record is not None and record.status == "compensated" and (job.page or "") not in record.outputs
-        if record is None or record.key != job.key or not tree.has(record) or (job.page and lacks_page):
-            yield job
-        else:
+        if record is not None and _is_done(job, record, tree):
             tree.keep(job.name)
             note(record, cached=True)
+        else:
+            yield job
+
+
+def _is_done(job: Job, record: TaskRecord, tree: OutputTree) -> bool:
+    """Tell whether a record is of this very job, and all its files stand in the tree, its page too."""
+    lacks_page = job.page is not None and record.status == "compensated" and job.page not in record.outputs
+    return record.key == job.key and not lacks_page and tree.has(record)
 
 
 def _read(one: ReadyTask, page: bool) -> Job | TaskRecord:

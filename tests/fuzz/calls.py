@@ -1,4 +1,4 @@
-"""Bad calls of the command line: odd names, options, settings, outputs, journals and backups.
+"""Bad calls of the command line: odd names, options, settings, outputs, records and backups.
 
 ``python -m tests.fuzz.calls [FIRST]`` makes all of them (from one on); the suite makes every `STEP`-th. Whatever is wrong with a call, it ends
 with 0, 1 or 2 within 20 seconds, and no file that stood there before is changed but the output it asks for.
