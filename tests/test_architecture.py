@@ -29,6 +29,7 @@ ROOMS = (
     "convert",
     "settings",
     "settings_files",
+    "tasks",
     "batch",
     "schemas",
     "cli",
@@ -205,6 +206,12 @@ def test_no_files_import_in_circles() -> None:
         for name in free:
             del uses[name]
     assert sorted(uses) == []
+
+
+def test_a_single_program_passes_through_no_batch() -> None:
+    uses = {own(path) for path in MODULES if any(name.startswith("postproc.batch") for name in imported(path))}
+    others = {name for name in uses if not name.startswith("batch/")}
+    assert others == {"schemas.py", *(f"cli/convert/{name}.py" for name in ("batch", "batch_lines", "diff"))}
 
 
 def test_only_effects_know_the_library() -> None:

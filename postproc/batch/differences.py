@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from postproc.batch.discover import files_below
-from postproc.diagnostics import PostprocError, Source, has_errors
+from postproc.diagnostics import PostprocError, has_errors
 from postproc.files import read_source
 from postproc.rapid.diff.compare import compare_programs
-from postproc.rapid.diff.difference import FileDiff, ProgramDiff
+from postproc.rapid.diff.difference import FileDiff
 from postproc.rapid.program.program import ENDINGS, read_program
+from postproc.tasks.discover import files_below
 from postproc.watch import Watch, unwatched
 
 
@@ -33,14 +33,14 @@ def compare_folders(
     if not any(Path(path).suffix.lower() in ENDINGS for path in paths):
         help_ = "name two folders with programs, or two backups"
         raise PostprocError.of("BAT001", f"there is no RAPID module in `{a}` or `{b}`", help=help_)
-    found = []
+    differences = []
     for done, path in enumerate(paths):
         watch(path, done / len(paths))
         if path not in theirs or path not in ours:
-            found.append(FileDiff(path, "added" if path in theirs else "removed"))
+            differences.append(FileDiff(path, "added" if path in theirs else "removed"))
         else:
-            found.append(_compared(path, ours[path], theirs[path], (tolerance_mm, tolerance_deg)))
-    return found
+            differences.append(_compared(path, ours[path], theirs[path], (tolerance_mm, tolerance_deg)))
+    return differences
 
 
 def _files(folder: Path) -> dict[str, Path]:
@@ -61,24 +61,12 @@ def _compared(path: str, a: Path, b: Path, near: tuple[float, float]) -> FileDif
     if Path(path).suffix.lower() not in ENDINGS:
         return FileDiff(path, "changed", "other bytes")
     try:
-        found = _programs_compared(one, two, near)
+        programs = [read_program(source) for source in (one, two)]
+        for program in programs:
+            if has_errors(program.diagnostics) or not program.modules:  # an encrypted file has no modules
+                raise PostprocError(d for d in program.diagnostics if d.severity == "error" or not program.modules)
+        difference = compare_programs(programs[0], programs[1], *near)
     except PostprocError as error:
         first = error.diagnostics[0]
         return FileDiff(path, "unreadable", f"other bytes, and not to be read: {first.code}, {first.message}")
-    return FileDiff(path, "equal" if found.equal else "changed", None, found)
-
-
-def _programs_compared(one: Source, two: Source, near: tuple[float, float]) -> ProgramDiff:
-    """Compare two modules by meaning.
-
-    Args:
-        near: tolerances [mm], [deg].
-
-    Raises:
-        PostprocError: one of them cannot be read or is encrypted.
-    """
-    programs = [read_program(source) for source in (one, two)]
-    for program in programs:
-        if has_errors(program.diagnostics) or not program.modules:
-            raise PostprocError(d for d in program.diagnostics if d.severity == "error" or not program.modules)
-    return compare_programs(programs[0], programs[1], *near)
+    return FileDiff(path, "equal" if difference.equal else "changed", None, difference)

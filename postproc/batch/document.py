@@ -8,15 +8,14 @@ from urllib.parse import quote
 import numpy as np
 
 from postproc import __version__
-from postproc.batch.values import Batch, Shard, TaskOutcome
-from postproc.batch.work import MEASURED
+from postproc.batch.values import MEASURED, Batch, Shard, TaskOutcome
 from postproc.diagnostics import Finding, Matter
 from postproc.grouping import grouped
 from postproc.report.blocks import Chart, DataTable, Document, Figure, Section, Values
 from postproc.report.drawing.charts import histogram
 from postproc.results.conversion import CORRECTED, made_section
 
-MOST = 40
+MOST_SHOWN = 40
 """Programs that a terminal prints where not all are asked for."""
 BEFORE, AFTER = MEASURED
 UNPROVED = "corrected statements that also run where they cannot be followed; what remains there is in no figure"
@@ -43,51 +42,49 @@ def batch_document(
             others. pages: link to the page of each task by name.
     """
     tasks, count = sorted(batch.outcomes, key=_rank), batch.counts
-    done = [t.figures for t in tasks if AFTER in t.figures]
-    worst = max((t for t in tasks if AFTER in t.figures), key=lambda t: float(t.figures[AFTER]), default=None)
-    told = [(t.task.name, found) for t in tasks for found in t.findings]
-    errors = [_finding(name, found) for name, found in told if found.severity == "error"]
-    said = [*errors, *(_finding("", found) for found in batch.findings)]
+    findings = [(task.task.name, finding) for task in tasks for finding in task.findings]
+    errors = [_finding_row(name, finding) for name, finding in findings if finding.severity == "error"]
+    errors += [_finding_row("", finding) for finding in batch.findings]
     # A terminal has shown those of tasks as each was done.
-    found = DataTable("errors", FINDING, said, range(len(errors), len(said)))
-    sections = [Section("Errors", [found])]
-    note = "Failures first, then the largest deviations that remain."
-    if pages:
-        note += " A click on a program opens its page."
-    if any(t.figures.get("unproved_statements") for t in tasks):
-        note += f" Unproved: {UNPROVED}."
-    links = (0, [_link((pages or {}).get(t.task.name)) for t in tasks]) if pages else None
-    programs = DataTable("programs", COLUMNS, [_row(t) for t in tasks], range(min(MOST, len(tasks))), links)
-    sections.append(Section("Every program", [programs], note))
-    if len(done) > 1:
-        sections.append(Section("Before and after", [Chart(lambda: [_histogram(done)], 520)]))
-    note = "One of each kind, with the largest figure that it tells; the JSON document of the batch has all of them."
-    warned = [(name, found) for name, found in told if found.severity == "warning"]
-    kinds = DataTable("warnings", ("how many", "programs", *FINDING), _kinds(warned))
-    along = [(name, found.message) for name, found in told if found.matter is Matter.READ_ALONG]
-    lent = DataTable("read along", ("program", "what"), along, range(min(MOST, len(along))))
-    sections.append(Section("Read along", [lent]))
-    sections += [Section("Warnings", [kinds], note), made_section(made or {})]
+    error_table = DataTable("errors", FINDING, errors, range(len(errors) - len(batch.findings), len(errors)))
+    # Before and after, where a line or an arc could be measured.
+    measured = [task for task in tasks if AFTER in task.figures]
+    worst = max(measured, key=lambda task: float(task.figures[AFTER]), default=None)
+    lengths = {
+        label: (kind, np.array([task.figures[key] for task in measured], dtype=float))
+        for label, key, kind in (("before", BEFORE, "was"), ("after", AFTER, "is"))
+    }
+    chart = Chart(lambda: [histogram(lengths, "mm", "Each program, before and after")], 520)
+    lent = [(name, finding.message) for name, finding in findings if finding.matter is Matter.READ_ALONG]
     return Document(
         title=f"postproc batch {name}",
-        values=batch_values(batch, shard),
-        sentence=_sentence(count, worst, [t.figures for t in tasks]),
+        values=_values(batch, shard),
+        sentence=_sentence(count, worst, [task.figures for task in tasks]),
         figures=[
             Figure("programs corrected", count["compensated"]),
             Figure("failed", count["failed"] or None),
             Figure("nothing to correct", count["unchanged"] or None),
-            Figure("worst before", max((f[BEFORE] for f in done), default=None), "before"),
+            Figure("worst before", max((task.figures[BEFORE] for task in measured), default=None), "before"),
             Figure("worst after", worst and worst.figures[AFTER], "after"),
-            Figure("targets added", sum(f["added_targets"] for f in done)),
+            Figure("targets added", sum(task.figures["added_targets"] for task in measured)),
             Figure("beyond the tolerance somewhere", count["beyond_tolerance"] or None),
             Figure("done before", count["cached"] or None),
             Figure("files copied", batch.copied or None),
         ],
-        sections=sections,
+        sections=[
+            Section("Errors", [error_table]),
+            _every_program(tasks, pages or {}),
+            *([Section("Before and after", [chart])] if len(measured) > 1 else []),
+            Section(
+                "Read along", [DataTable("read along", ("program", "what"), lent, range(min(MOST_SHOWN, len(lent))))]
+            ),
+            _warnings([(name, finding) for name, finding in findings if finding.severity == "warning"]),
+            made_section(made or {}),
+        ],
     )
 
 
-def batch_values(batch: Batch, shard: Shard) -> Values:
+def _values(batch: Batch, shard: Shard) -> Values:
     """Return the ``postproc/batch/1`` document."""
     return {
         "schema": "postproc/batch/1",
@@ -95,7 +92,7 @@ def batch_values(batch: Batch, shard: Shard) -> Values:
         "shard": f"{shard.index}/{shard.count}",
         "tasks": [_task_values(outcome) for outcome in batch.outcomes],
         "counts": {**batch.counts, "copied": batch.copied},
-        "diagnostics": [found.as_json() for found in batch.findings],
+        "diagnostics": [finding.as_json() for finding in batch.findings],
     }
 
 
@@ -109,26 +106,8 @@ def _task_values(outcome: TaskOutcome) -> Values:
         **({"page": outcome.page} if outcome.page else {}),
         **outcome.arm,
         **outcome.figures,
-        "diagnostics": [found.as_json() for found in outcome.findings],
+        "diagnostics": [finding.as_json() for finding in outcome.findings],
     }
-
-
-def _histogram(done: Sequence[Values]) -> str:
-    """Return an SVG histogram of the largest deviations of programs, before and after; empty where none is positive.
-
-    Args:
-        done: figures of each program.
-    """
-    lengths = {
-        name: (kind, np.array([figures[key] for figures in done], dtype=float))
-        for name, key, kind in (("before", BEFORE, "was"), ("after", AFTER, "is"))
-    }
-    return histogram(lengths, "mm", "Each program, before and after")
-
-
-def _link(path: str | None) -> str | None:
-    """Quote a path as the address of a link, in which `a b#1.html` is a file and not a place in one."""
-    return None if path is None else quote(path.encode("utf-8", "surrogateescape"), safe="/")
 
 
 def _sentence(count: Mapping[str, int], worst: TaskOutcome | None, figures: Sequence[Values]) -> str:
@@ -138,21 +117,34 @@ def _sentence(count: Mapping[str, int], worst: TaskOutcome | None, figures: Sequ
         count: ``Batch.counts``. worst: the task with that deviation; None where none was measured.
         figures: of all tasks.
     """
-    total = count["compensated"] + count["unchanged"] + count["failed"]
     statuses = [f["statements"] for f in figures if "statements" in f]
     corrected = sum(s.get(status, 0) for s in statuses for status in CORRECTED)
     every = corrected + sum(s.get("skipped", 0) for s in statuses)
-    lead = f"{count['compensated']} of {total} programs are corrected"
-    lead += f", {corrected} of {every} motion statements in them" if every else ""
+    text = f"{count['compensated']} of {len(figures)} programs are corrected"
+    text += f", {corrected} of {every} motion statements in them" if every else ""
     bare = sum(f.get("weld_statements", 0) > f.get("corrected_weld_statements", 0) == 0 for f in figures)
-    lead += f"; in {bare} of them no weld was corrected" if bare else ""
-    failed = (
-        f"; {count['failed']} failed and {'has' if count['failed'] == 1 else 'have'} no output"
-        if count["failed"]
-        else ""
-    )
-    left = worst and f"; at most {worst.figures[AFTER]:.3f} mm remain, in `{worst.task.name}`"
-    return f"{lead}{failed}{left or ''}."
+    text += f"; in {bare} of them no weld was corrected" if bare else ""
+    if failed := count["failed"]:
+        text += f"; {failed} failed and {'has' if failed == 1 else 'have'} no output"
+    text += f"; at most {worst.figures[AFTER]:.3f} mm remain, in `{worst.task.name}`" if worst is not None else ""
+    return f"{text}."
+
+
+def _every_program(tasks: Sequence[TaskOutcome], pages: Mapping[str, str]) -> Section:
+    """Return the section with a row for each task.
+
+    Args:
+        pages: path of the page of each task by name.
+    """
+    note = "Failures first, then the largest deviations that remain."
+    note += " A click on a program opens its page." if pages else ""
+    if any(task.figures.get("unproved_statements") for task in tasks):
+        note += f" Unproved: {UNPROVED}."
+    paths = [pages.get(task.task.name, "").encode("utf-8", "surrogateescape") for task in tasks]
+    # In an address `a b#1.html` must be a file and not a place in one.
+    links = (0, [quote(path, safe="/") if path else None for path in paths]) if pages else None
+    table = DataTable("programs", COLUMNS, [_row(task) for task in tasks], range(min(MOST_SHOWN, len(tasks))), links)
+    return Section("Every program", [table], note)
 
 
 def _rank(outcome: TaskOutcome) -> tuple[bool, float]:
@@ -163,7 +155,7 @@ def _rank(outcome: TaskOutcome) -> tuple[bool, float]:
 def _row(outcome: TaskOutcome) -> tuple[object, ...]:
     """Return the row of a task in the table of programs."""
     figures = outcome.figures
-    warnings = sum(found.severity == "warning" for found in outcome.findings)
+    warnings = sum(finding.severity == "warning" for finding in outcome.findings)
     result = outcome.status + (", as before" if outcome.cached else "")
     status, unproved = figures.get("statements", {}), figures.get("unproved_statements") or None
     counts = (status.get("run_time") or None, status.get("skipped"), unproved)
@@ -171,23 +163,25 @@ def _row(outcome: TaskOutcome) -> tuple[object, ...]:
     return (outcome.task.name, result, *known, warnings or None)
 
 
-def _finding(name: str, found: Finding) -> tuple[object, ...]:
+def _finding_row(name: str, finding: Finding) -> tuple[object, ...]:
     """Return the row of a finding in a table: place, severity, code, message and help.
 
     Args:
         name: of its task; empty for the batch.
     """
-    return found.path or name, found.line, found.severity, found.code, found.message, found.help
+    return finding.path or name, finding.line, finding.severity, finding.code, finding.message, finding.help
 
 
-def _kinds(told: Sequence[tuple[str, Finding]]) -> list[tuple[object, ...]]:
-    """Return a row for every code, the most frequent first: count, programs, worst finding.
+def _warnings(warnings: Sequence[tuple[str, Finding]]) -> Section:
+    """Return the section with a row for every code, the most frequent first: count, programs, worst finding.
 
     Args:
-        told: every finding with the name of its task.
+        warnings: with the name of the task of each.
     """
-    rows = []
-    for same in sorted(grouped((found.code, (name, found)) for name, found in told).values(), key=len, reverse=True):
+    by_code = grouped((finding.code, (name, finding)) for name, finding in warnings)
+    rows: list[tuple[object, ...]] = []
+    for same in sorted(by_code.values(), key=len, reverse=True):
         name, worst = max(same, key=lambda one: one[1].length_mm)
-        rows.append((len(same), len({program for program, _ in same}), *_finding(name, worst)))
-    return rows
+        rows.append((len(same), len({program for program, _ in same}), *_finding_row(name, worst)))
+    note = "One of each kind, with the largest figure that it tells; the JSON document of the batch has all of them."
+    return Section("Warnings", [DataTable("warnings", ("how many", "programs", *FINDING), rows)], note)

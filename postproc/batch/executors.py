@@ -4,107 +4,135 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor
-from contextlib import contextmanager
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from itertools import islice
 from multiprocessing import get_context
 from typing import Any
 
-from postproc.batch.work import prepare_worker
-from postproc.diagnostics import PostprocError
+from postproc.batch.values import Job, TaskRecord, failed
+from postproc.batch.work import convert, prepare_worker
+from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.files import why
+
+AHEAD = 3  # jobs per worker that are read and waiting: workers never starve, memory stays bounded
+LOOK_S = 1.0  # [s] after which a batch that waits for its workers looks whether there still are any
+Converted = tuple[TaskRecord, Mapping[str, bytes]]
+"""What became of a job, and its files by path in the tree."""
 
 
 @dataclass(frozen=True)
 class Pool:
-    """A way to make executors, and how many jobs they run at once.
+    """A way to start executors.
 
     Args:
-        make: returns an executor of so many workers (a cluster has its own number); it is shut down after use. Raises
-            BAT007 where the cluster is lost.
+        start: returns an executor of so many workers (a cluster has its own number); it is shut down after use.
         workers: how many jobs run at once.
-        repeats: a job whose worker is lost is to be tried again; False for a scheduler that does so by itself.
-        lost: tells whether the connection to the workers is lost for good.
+        check: raises BAT007 where the connection to the workers is lost for good.
     """
 
-    make: Callable[[int], Executor]
+    start: Callable[[int], Executor]
     workers: int
-    repeats: bool = True
-    lost: Callable[[], bool] = lambda: False
+    check: Callable[[], None] = lambda: None
 
 
 @contextmanager
-def open_pool(workers: int | None, scheduler: str | None) -> Iterator[Pool]:
-    """Provide the pool in which jobs run: a Dask cluster where a scheduler is named, else local processes.
+def open_pool(workers: int | None, scheduler: str | None, timeout: float = 10.0) -> Iterator[Pool]:
+    """Provide the workers of a running Dask scheduler where one is named, else processes of this machine.
 
     Args:
         workers: number of local processes; None takes one for each free core.
-    """
-    if scheduler is not None:
-        with cluster_pool(scheduler) as pool:
-            yield pool
-    else:
-        yield local_pool(workers or _cores())
-
-
-def _cores() -> int:
-    """Return the number of cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def local_pool(workers: int) -> Pool:
-    """Return a pool of local processes, started afresh since threads of linear algebra do not survive a fork."""
-
-    def make(count: int) -> Executor:
-        """Start this many worker processes."""
-        return ProcessPoolExecutor(count, mp_context=get_context("spawn"), initializer=prepare_worker)
-
-    return Pool(make, workers)
-
-
-@contextmanager
-def cluster_pool(address: str, timeout: float = 10.0) -> Iterator[Pool]:
-    """Provide the workers of a running Dask scheduler.
-
-    Args:
-        address: of the scheduler. timeout: [s] to wait for its answer.
+        scheduler: address. timeout: [s] to wait for its answer.
 
     Raises:
         PostprocError: BAT007, the library is missing or the scheduler does not answer.
     """
+    if scheduler is None:
+        free = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+        yield local_pool(workers or free)
+        return
     try:
         from distributed import Client
     except ImportError:
         text = "the library `distributed` is not installed"
         raise PostprocError.of("BAT007", text, help="install the extra: `pip install postproc[cluster]`") from None
-    _quiet()
+    logging.disable()  # Dask and asyncio print tracebacks of lost connections; a diagnostic reports those
     try:
         make_client: Any = Client  # untyped
-        client = make_client(address, timeout=timeout, set_as_default=False)
+        client = make_client(scheduler, timeout=timeout, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
-        raise _lost(address, error) from error
+        raise _lost(scheduler, error) from error
+
+    def check() -> None:
+        """Raise BAT007 where the client has no connection: it has cancelled all that it was to do."""
+        if client.status != "running":
+            raise _lost(scheduler, "the connection is lost")
+
     with client:
         threads = sum(client.nthreads().values())
-
-        def make(count: int) -> Executor:
-            """Return the cluster's executor, whatever the count; BAT007 where the connection is lost."""
-            if client.status != "running":
-                raise _lost(address, "the connection is lost")
-            return client.get_executor()
-
-        yield Pool(make, max(1, threads), repeats=False, lost=lambda: client.status in ("closing", "closed"))
+        yield Pool(lambda count: client.get_executor(), max(1, threads), check)
 
 
-def _quiet() -> None:
-    """Silence the loggers of Dask and asyncio, which print tracebacks of lost connections; a diagnostic reports those.
+def local_pool(workers: int) -> Pool:
+    """Return a pool of local processes, started afresh since threads of linear algebra do not survive a fork."""
+    spawn = get_context("spawn")
+    return Pool(lambda count: ProcessPoolExecutor(count, mp_context=spawn, initializer=prepare_worker), workers)
 
-    Loggers below ``distributed`` have handlers of their own, and asyncio reports what nobody waits for any more.
+
+def run_jobs(jobs: Iterable[Job], pool: Pool) -> Iterator[Converted]:
+    """Yield what became of every job, in the order in which they are done, whatever happens to its worker.
+
+    A job whose worker died is tried again, alone; if that worker dies too, the job fails with BAT008.
+
+    Raises:
+        PostprocError: BAT007 or BAT021, there are no workers any more; the jobs that are not done are not to blame.
     """
-    for name in ("distributed", "tornado", "asyncio", *logging.root.manager.loggerDict):
-        if name.partition(".")[0] in ("distributed", "tornado", "asyncio"):
-            logger = logging.getLogger(name)
-            logger.handlers = [logging.NullHandler()]
-            logger.propagate = False
+    waiting = iter(jobs)
+    while lost := (yield from _run_until_lost(waiting, pool, pool.workers)):
+        for job in lost:
+            if (yield from _run_until_lost(iter([job]), pool, 1)):
+                help_ = "it may need more memory than a worker has: use fewer workers, or convert it alone"
+                text = "workers died on this task again and again"
+                yield failed(job.name, "", [Diagnostic("BAT008", "error", text, help=help_)]), {}
+
+
+def _run_until_lost(waiting: Iterator[Job], pool: Pool, workers: int) -> Generator[Converted, None, list[Job]]:
+    """Yield results from one executor until all jobs are done or a worker dies; returns the jobs lost with it."""
+    executor = pool.start(workers)
+    running: dict[Future[Converted], Job] = {}
+    lost: list[Job] = []
+    try:
+        while True:
+            for job in islice(waiting, 0 if lost else AHEAD * workers - len(running)):
+                try:
+                    running[executor.submit(convert, job)] = job
+                except BrokenExecutor:  # a worker died between two jobs
+                    lost.append(job)
+                    break
+                except Exception as error:
+                    pool.check()
+                    reason = why(error)[0] if isinstance(error, OSError) else error
+                    text, help_ = f"the workers cannot be started: {reason}", "use fewer, `--workers 1`, or free memory"
+                    raise PostprocError.of("BAT021", text, help=help_) from error
+            if not running:
+                return lost
+            done, _ = wait(running, LOOK_S, FIRST_COMPLETED)
+            if not done:  # jobs that were handed over while a connection broke are never answered
+                pool.check()
+            for future in done:
+                job = running.pop(future)
+                try:
+                    yield future.result()
+                except Exception:  # convert raises nothing: its worker is gone
+                    pool.check()
+                    lost.append(job)
+    finally:
+        with suppress(Exception):  # a client whose scheduler is gone cannot tell it to cancel anything
+            for future in running:
+                future.cancel()
+            executor.shutdown(wait=False)
 
 
 def _lost(address: str, reason: object) -> PostprocError:

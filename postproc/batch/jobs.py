@@ -3,26 +3,26 @@
 from __future__ import annotations
 
 import pickle
-from collections.abc import Iterable, Mapping
-from dataclasses import astuple, dataclass, fields, is_dataclass, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import astuple, dataclass, replace
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 from itertools import chain
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-
-from postproc.batch.nearby import read_nearby
-from postproc.batch.values import Job, Task, page_of
-from postproc.diagnostics import Source
-from postproc.files import read_source, real, resource
+from postproc.batch.values import BatchPlan, Job, Shard, module_place, page_of
+from postproc.diagnostics import Diagnostic, PostprocError, Source
+from postproc.files import check_tree, read_source, real, resource
 from postproc.model.arm import Model
 from postproc.rapid.program.read_along import ReadAlong
 from postproc.rapid.program.shared_data import data_elsewhere, lent_values
 from postproc.render.templates import environment
 from postproc.robot.controller import read_quietly
-from postproc.settings import Settings, made_with
+from postproc.settings import Settings, made_with, read_arm
+from postproc.tasks.contradictions import contradictions
+from postproc.tasks.discover import STATE
+from postproc.tasks.nearby import arm_nearby, read_nearby
+from postproc.tasks.task import CONTROLLER, Task
 
 LIBRARIES = ("numpy", "scipy", "toppra", "ruckig", "pin", "py-opw-kinematics", "jinja2")
 
@@ -43,28 +43,107 @@ class Converter:
     side_files: tuple[Source, ...]
 
 
-def read_converter(settings: Settings, model: Model) -> Converter:
+@dataclass(frozen=True)
+class ReadyTask:
+    """A task with what it is converted with, or the error for which it cannot be; findings on its settings."""
+
+    task: Task
+    converter: Converter | PostprocError
+    findings: Sequence[Diagnostic] = ()
+
+
+@dataclass(frozen=True)
+class Ready:
+    """A checked plan of a batch, with the tasks of one shard.
+
+    Args:
+        out: the folder of the tree; nothing that will be written there is an input. pages: each task gets a page there.
+    """
+
+    plan: BatchPlan
+    shard: Shard
+    out: Path
+    tasks: tuple[ReadyTask, ...]
+    pages: bool = False
+
+
+def get_ready(plan: BatchPlan, shard: Shard, out: Path, report: Path | None = None) -> Ready:
+    """Read models, effects and side files of a plan, and check what will be written.
+
+    Args:
+        out: the folder of the tree; a run that was stopped is continued there.
+        report: page that is written besides the tree, which then holds a page for each task.
+
+    Raises:
+        PostprocError: one of the files cannot be used, no arm is named for any task, or an output is an input or leads
+            out of its folder. What is wrong with an arm that a controller's configuration names fails its tasks only.
+    """
+    _check_outputs(plan, shard.part, out, report)
+    read: dict[Settings, tuple[Converter, Model]] = {}
+    tasks: list[ReadyTask] = []
+    owned = [(task, settings) for task, settings in plan.tasks if shard.owns(task.name)]
+    for task, settings in owned:
+        try:
+            if settings not in read:
+                model = read_arm(settings, task.name, task.unknown or arm_nearby(task.name, task.root / task.name))
+                read[settings] = _read_converter(settings, model), model
+            converter, model = read[settings]
+            tasks.append(ReadyTask(task, converter, contradictions(settings, task, model.robot)))
+        except PostprocError as error:
+            if settings.names_arm and settings.robot_from != CONTROLLER:
+                raise
+            tasks.append(ReadyTask(task, error))
+    errors = [one.converter for one in tasks if isinstance(one.converter, PostprocError)]
+    if errors and len(errors) == len(tasks) and not any(settings.names_arm for _, settings in owned):
+        raise PostprocError([d for error in errors for d in error.diagnostics])
+    if wrong := [d for one in tasks for d in one.findings if d.severity == "error"]:
+        raise PostprocError(list(dict.fromkeys(wrong)))
+    return Ready(plan, shard, out, tuple(tasks), report is not None)
+
+
+def _check_outputs(plan: BatchPlan, part: str, out: Path, report: Path | None) -> None:
+    """Raise PostprocError where a batch would write over one of its inputs, or outside its folder.
+
+    Args:
+        part: of the batch. out: the folder of the tree. report: page beside it; then the tree has a page for each task.
+    """
+    mirrored = [*chain.from_iterable(task.files for task, _ in plan.tasks), *plan.copies]
+    taken = {name.casefold() for name in mirrored}
+    for task, settings in plan.tasks:
+        if settings.options.run_time != "off" and task.files:
+            name = module_place(task.name, task.files, settings.options.run_time_module)
+            if name.casefold() in taken:
+                text = f"the module for run time `{out / name}` is the copy of an input, or that of another task"
+                raise PostprocError.of("BAT015", text, help="give it another name with --run-time-module")
+            taken.add(name.casefold())
+            mirrored.append(name)
+    pages = [page_of(task.name) for task, _ in plan.tasks] if report is not None else []
+    lent = [name for task, _ in plan.tasks for name in chain(task.shared, *(other.files for other in task.others))]
+    stated = [Path(name) for settings in {s for _, s in plan.tasks} for name in settings.inputs if name is not None]
+    state = [f"{STATE}/{name}" for name in (f"{part}.lock", f"{part}.unfinished/x", "edited/x")]
+    reads = dict.fromkeys([*(plan.root / name for name in (*mirrored, *lent)), *stated])
+    check_tree(out, [*mirrored, *pages], state, reads, report)
+
+
+def _read_converter(settings: Settings, model: Model) -> Converter:
     """Read effects, templates and side files of settings, and hash all that a result depends on beside its program.
 
     Raises:
         PostprocError: one of the files cannot be used.
     """
-    code = [_read(path) for path in settings.effects]
     folder = settings.options.template_dir
     environment(folder)  # says whether the folder is there
-    templates = {p.name: _read(p) for p in sorted(folder.glob("*.j2"))} if folder is not None else {}
+    templates = sorted(folder.glob("*.j2")) if folder is not None else []
+    # Code of the package may change while its version does not.
+    code = [path.read_bytes() for path in sorted(Path(__file__).parents[1].rglob("*.py"))]
+    shipped = [path.read_bytes() for path in sorted(resource("templates").rglob("*.*"))]
+    stated = [_read(path) for path in (*settings.effects, *templates)]
+    names = [path.name for path in templates]
+    words = repr((replace(settings.options, template_dir=None), names, [_version(name) for name in LIBRARIES]))
+    pickled = pickle.dumps(model)
     sides = tuple(Source(str(path), _read(path), read_only=True) for path in settings.side_files)
-    stated = (_software(), _model_parts(model), replace(settings.options, template_dir=None), code, templates)
-    return Converter(pickle.dumps(model), model.robot.name, settings, _digest(stated), sides)
-
-
-def _software() -> tuple[Any, ...]:
-    """Return the files of the package as bytes and the versions of libraries: all that may change a result.
-
-    Code may change while its version does not.
-    """
-    files = sorted([*Path(__file__).parents[1].rglob("*.py"), *resource("templates").rglob("*.*")])
-    return [path.read_bytes() for path in files], [_version(name) for name in LIBRARIES]
+    key = _digest([pickled, words.encode(), *stated, *shipped, *code])
+    return Converter(pickled, model.robot.name, settings, key, sides)
 
 
 def _version(name: str) -> str:
@@ -75,36 +154,32 @@ def _version(name: str) -> str:
         return ""
 
 
-def _model_parts(model: Model) -> tuple[Any, ...]:
-    """Return the parts of a model that decide its predictions, without how it was fitted."""
-    effects = [(type(e).__qualname__, e.key, e.to_file()) for e in model.effects]
-    return model.robot, effects, model.R_world_base, model.T_flange_tcp, model.station
-
-
-def read_job(root: Path, task: Task, converter: Converter, page: bool = False) -> Job:
+def read_job(task: Task, converter: Converter, page: bool = False) -> Job:
     """Read the files of a task into a job.
 
     Args:
-        root: folder of the batch; page: whether the task gets an HTML page.
+        page: the task gets an HTML page.
 
     Raises:
         PostprocError: BAT002, one of them cannot be read.
     """
-    own = [Source(name, _read(root / name)) for name in task.files]
-    shared = [Source(name, _read(root / name), read_only=True) for name in task.shared]
-    given = {real(root / name) for name in (*task.files, *task.shared)}
-    shared += [s for s in converter.side_files if real(Path(s.path)) not in given]
-    others = [tuple(Source(name, read_quietly(root / name)) for name in names) for names in task.beside]
-    shared += lent_values([*own, *shared], lambda: chain.from_iterable(others))
-    along = ReadAlong() if converter.settings.alone else read_nearby([*own, *shared], root)
-    shared += along.sources
-    elsewhere = replace(data_elsewhere([*own, *shared], others), read_along=along.written)
-    content = [(s.path, s.data) for s in own], [(s.path, s.data) for s in shared]
-    said = [d.message for d in along.findings]
-    key = _digest((converter.fingerprint, content, *map(sorted, astuple(elsewhere)), said))
-    options = replace(converter.settings.options, elsewhere=elsewhere)
-    job = Job(task.name, key, (*own, *shared), converter.model, options, findings=along.findings)
-    return replace(job, page=page_of(task.name), made=made_with(converter.settings)) if page else job
+    settings, root = converter.settings, task.root
+    program = [Source(name, _read(root / name)) for name in task.files]
+    lent = [Source(name, _read(root / name), read_only=True) for name in task.shared]
+    paths = {real(path) for path in task.paths}
+    lent += [source for source in converter.side_files if real(Path(source.path)) not in paths]
+    # What other tasks of the controller, and files nearby, have of its data.
+    others = [tuple(Source(name, read_quietly(root / name)) for name in other.files) for other in task.others]
+    lent += lent_values([*program, *lent], lambda: chain.from_iterable(others))
+    along = ReadAlong() if settings.alone else read_nearby([*program, *lent], root)
+    lent += along.sources
+    elsewhere = replace(data_elsewhere([*program, *lent], others), read_along=along.written)
+    files = [(source.path, source.read_only) for source in (*program, *lent)]
+    words = repr((converter.fingerprint, files, *map(sorted, astuple(elsewhere)), [d.message for d in along.findings]))
+    key = _digest([words.encode(), *(source.data for source in (*program, *lent))])
+    options = replace(settings.options, elsewhere=elsewhere)
+    job = Job(task.name, key, (*program, *lent), converter.model, options, findings=along.findings)
+    return replace(job, page=page_of(task.name), made=made_with(settings)) if page else job
 
 
 def _read(path: Path) -> bytes:
@@ -116,29 +191,9 @@ def _read(path: Path) -> bytes:
     return read_source(path, "BAT002").data
 
 
-def _digest(value: object) -> str:
-    """Return the SHA-256 of a nested value as hexadecimal text."""
+def _digest(parts: Iterable[bytes]) -> str:
+    """Return the SHA-256 of parts, each with its length, as hexadecimal text."""
     hash_ = sha256()
-    for part in _parts(value):
+    for part in parts:
         hash_.update(len(part).to_bytes(8, "big") + part)
     return hash_.hexdigest()
-
-
-def _parts(value: Any) -> Iterable[bytes]:
-    """Yield the bytes that stand for a nested value; arrays in full, since their text leaves out the middle."""
-    if isinstance(value, bytes):
-        yield value
-    elif isinstance(value, np.ndarray):
-        yield from (str((value.dtype, value.shape)).encode(), value.tobytes())
-    elif isinstance(value, Mapping):
-        yield from _parts(sorted(value.items()))
-    elif isinstance(value, (list, tuple)):
-        yield f"{len(value)} values".encode()
-        for item in value:
-            yield from _parts(item)
-    elif is_dataclass(value):
-        yield type(value).__qualname__.encode()
-        for field in fields(value):
-            yield from _parts(getattr(value, field.name))
-    else:
-        yield repr(value).encode()

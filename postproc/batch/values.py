@@ -1,60 +1,27 @@
-"""What a batch consists of: tasks found in a folder, settings, jobs, and what became of them."""
+"""What a batch consists of: tasks with their settings, jobs, and what became of them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from postproc.compensation.options import Options
 from postproc.diagnostics import Diagnostic, Finding, Matter, Source
 from postproc.report.blocks import Values
 from postproc.settings import Settings
+from postproc.tasks.task import Task
 
-if TYPE_CHECKING:
-    from postproc.robot.cells.station import Station
-
-PAGES = "report"
-"""Folder of the output tree with a page for each program."""
 Status = Literal["compensated", "unchanged", "failed"]
-COUNTED = ("compensated", "run_time", "unchanged", "skipped")
-"""What becomes of statements, as a result counts them."""
-
-
-@dataclass(frozen=True, slots=True)
-class Task:
-    """Files that run together.
-
-    Args:
-        name: its folder or file, relative to the root of the batch, with forward slashes.
-        files: its program files, relative to the root.
-        shared: files it reads and must not change.
-        beside: files of each other task of its controller, with which it shares PERS data.
-        robot: library name of the arm it drives, where the controller's configuration says so.
-        unknown: why that arm is not known: an error where the settings name neither an arm nor a model.
-        station: that arm in its cell, without positions of units that other tasks move.
-        texts: paths of its files.
-        moved_by_others: for each other task of the controller the units that it moves, in lower case, and its files.
-        findings: what is wrong with it as it was found; an error keeps it from being converted.
-    """
-
-    name: str
-    files: tuple[str, ...]
-    shared: tuple[str, ...] = ()
-    beside: tuple[tuple[str, ...], ...] = ()
-    robot: str | None = None
-    unknown: Diagnostic | None = None
-    station: Station | None = None
-    texts: tuple[Path, ...] = ()
-    moved_by_others: tuple[tuple[frozenset[str], tuple[Path, ...]], ...] = ()
-    findings: tuple[Diagnostic, ...] = ()
+MEASURED = ("max_error_before_mm", "max_error_after_mm")
+"""Figures of a task where a line or an arc of it could be measured."""
 
 
 def page_of(task: str) -> str:
     """Return the path of a task's HTML page in the output tree, from the task's name."""
-    return f"{PAGES}/{task}.html"
+    return f"report/{task}.html"
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,22 +56,21 @@ class Job:
 
 
 @dataclass(frozen=True, slots=True)
-class Result:
-    """What became of a job.
+class TaskRecord:
+    """What became of a task.
 
     Args:
-        outputs: path of each file to its bytes; none where it failed.
+        key: hash of everything that it depends on; empty if the same input may become something else.
+        outputs: SHA-256 of each file by its path in the tree; none where it failed.
         figures: lengths, counts and times out of the ``postproc/compensate/1`` document.
-        final: the same input would give the same again; not so after a worker's death or an internal error.
     """
 
     name: str
     key: str
     status: Status
-    outputs: Mapping[str, bytes] = field(default_factory=dict, repr=False)
+    outputs: Mapping[str, str] = field(default_factory=dict)
     figures: Values = field(default_factory=dict)
     findings: tuple[Finding, ...] = ()
-    final: bool = True
 
 
 def module_place(name: str, files: Sequence[str], stated: Path | None) -> str:
@@ -124,13 +90,9 @@ def module_place(name: str, files: Sequence[str], stated: Path | None) -> str:
     return str(first.parent / (file if alone and str(first) != name else f"{PurePosixPath(name).stem}_{file}"))
 
 
-def failed(name: str, key: str, *findings: Diagnostic, final: bool = True) -> Result:
-    """Return the result of a task that has no outputs, with the diagnostics that say why.
-
-    Args:
-        name: of the task. key: hash of all that the result depends on. final: the same input would fail again.
-    """
-    return Result(name, key, "failed", findings=tuple(d.finding for d in findings), final=final)
+def failed(name: str, key: str, findings: Iterable[Diagnostic]) -> TaskRecord:
+    """Return the record of a task that has no outputs; its key is empty if the same input might not fail again."""
+    return TaskRecord(name, key, "failed", findings=tuple(d.finding for d in findings))
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,7 +149,6 @@ class Batch:
 
         Keys: ``compensated``, ``unchanged``, ``failed``, ``cached``, ``beyond_tolerance``.
         """
-        statuses: tuple[Status, ...] = ("compensated", "unchanged", "failed")
-        count: dict[str, int] = {s: sum(o.status == s for o in self.outcomes) for s in statuses}
-        beyond = sum(any(found.matter is Matter.OFF for found in o.findings) for o in self.outcomes)
+        count = {s: sum(o.status == s for o in self.outcomes) for s in ("compensated", "unchanged", "failed")}
+        beyond = sum(any(finding.matter is Matter.OFF for finding in o.findings) for o in self.outcomes)
         return {**count, "cached": sum(o.cached for o in self.outcomes), "beyond_tolerance": beyond}

@@ -8,10 +8,13 @@ from __future__ import annotations
 import os
 import threading
 import traceback
+from collections.abc import Mapping
+from dataclasses import replace
 from functools import lru_cache
+from hashlib import sha256
 from typing import TYPE_CHECKING
 
-from postproc.batch.values import COUNTED, Job, Result, failed, module_place
+from postproc.batch.values import MEASURED, Job, TaskRecord, failed, module_place
 from postproc.diagnostics import Diagnostic, Matter, PostprocError
 from postproc.process import THREADS, load_scipy
 
@@ -20,10 +23,15 @@ if TYPE_CHECKING:
     from postproc.model.arm import Model
 
 FIGURES = (
-    *("added_targets", "unproved_statements", "cycle_time_s"),
-    *("weld_statements", "corrected_weld_statements", "rigid_shift"),
+    "added_targets",
+    "unproved_statements",
+    "cycle_time_s",
+    "weld_statements",
+    "corrected_weld_statements",
+    "rigid_shift",
 )
-MEASURED = ("max_error_before_mm", "max_error_after_mm")  # told where a line or an arc could be measured
+COUNTED = ("compensated", "run_time", "unchanged", "skipped")
+"""What becomes of statements."""
 
 
 def prepare_worker() -> None:
@@ -45,32 +53,38 @@ def _follow_parent() -> None:
         os._exit(1)
 
 
-def convert(job: Job) -> Result:
-    """Convert one task; errors of any kind become findings of its result."""
+def convert(job: Job) -> tuple[TaskRecord, Mapping[str, bytes]]:
+    """Convert one task; errors of any kind become findings of its record.
+
+    Returns:
+        What became of it, and its files by path in the tree.
+    """
     load_scipy()
     from postproc.convert import compensate_program
 
     try:
-        done = compensate_program(
-            job.sources, _model(job.model, threading.get_ident()), job.options, findings=job.findings
-        )
+        model = _model(job.model, threading.get_ident())
+        done = compensate_program(job.sources, model, job.options, findings=job.findings)
         page = {} if job.page is None or done.plan is None else {job.page: _page(job, done)}
     except PostprocError as error:
-        return failed(job.name, job.key, *error.diagnostics)
+        return failed(job.name, job.key, error.diagnostics), {}
     except Exception as error:
-        return failed(job.name, job.key, _internal(error), final=False)
+        return failed(job.name, "", [_internal(error)]), {}
+    files = dict(done.outputs)
+    if done.module is not None:
+        files[module_place(job.name, tuple(done.outputs), job.options.run_time_module)] = done.module
+    files |= page
+    hashes = {path: sha256(data).hexdigest() for path, data in sorted(files.items())}
     # Data or a background task: nothing in it moves the arm, and in a folder that is nothing to be told.
     findings = tuple(d.finding for d in done.diagnostics if d.matter is not Matter.STILL)
+    record = TaskRecord(job.name, job.key, "unchanged" if done.outputs else "failed", hashes, findings=findings)
     if done.plan is None and done.module is None:
-        return Result(job.name, job.key, "unchanged" if done.outputs else "failed", done.outputs, findings=findings)
-    outputs = dict(done.outputs)
-    if done.module is not None:
-        outputs[module_place(job.name, tuple(done.outputs), job.options.run_time_module)] = done.module
+        return record, files
     names = (*MEASURED, *FIGURES) if done.report["measured_statements"] else FIGURES
     figures = {name: done.report[name] for name in names if done.report[name] is not None}
-    statements = [row["status"] for row in done.report["statements"]]
-    figures["statements"] = {s: statements.count(s) for s in COUNTED}
-    return Result(job.name, job.key, "compensated", {**outputs, **page}, figures, findings)
+    statuses = [row["status"] for row in done.report["statements"]]
+    figures["statements"] = {status: statuses.count(status) for status in COUNTED}
+    return replace(record, status="compensated", figures=figures), files
 
 
 def _page(job: Job, done: Conversion) -> bytes:

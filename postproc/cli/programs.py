@@ -7,14 +7,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from postproc.batch.contradictions import contradictions
-from postproc.batch.discover import task_around, with_arm
-from postproc.batch.nearby import arm_nearby, help_nearby, read_nearby
 from postproc.cli.inputs import read_source
 from postproc.cli.output import check_outputs
 from postproc.cli.printing import say, show
-from postproc.diagnostics import Diagnostic, Matter, PostprocError, Source, has_errors
+from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.files import real
+from postproc.tasks.contradictions import contradictions
+from postproc.tasks.discover import task_around
+from postproc.tasks.nearby import arm_nearby, read_nearby, with_file_nearby
+from postproc.tasks.task import with_arm
 
 if TYPE_CHECKING:
     from postproc.compensation.options import Options
@@ -63,8 +64,7 @@ def named_files(diagnostics: Iterable[Diagnostic], sources: Iterable[Source]) ->
         sources: all that was read of the program.
     """
     paths = [Path(source.path) for source in sources]
-    texts = ((d, help_nearby(d.name, paths) if d.matter is Matter.UNDECLARED else None) for d in diagnostics)
-    return [d if text is None else replace(d, help=text) for d, text in texts]
+    return [with_file_nearby(diagnostic, paths) for diagnostic in diagnostics]
 
 
 def read_task(
@@ -116,10 +116,10 @@ def settled(settings: Settings, program: str, bare: bool = False) -> tuple[Setti
     say(settings.headline(arm.robot.name))
     for line in settings.inherited_line(Path(program).parent):
         say(line)
-    found = contradictions(settings, task, Path(program), arm.robot)
-    if has_errors(found):
-        raise PostprocError(found)
-    show(found)
+    against = contradictions(settings, task, arm.robot)
+    if has_errors(against):
+        raise PostprocError(against)
+    show(against)
     if bare:
         show([replace(d, severity="info") for d in corrected_twice(settings, arm.station)])
     return settings, arm

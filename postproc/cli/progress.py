@@ -1,84 +1,21 @@
-"""How a batch and other long work are shown while they run and when they are done: for people, on stderr."""
+"""How far long work is, shown on stderr while it runs."""
 
 from __future__ import annotations
 
 import sys
 import threading
 import time
-from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from postproc.batch.summary import finding_line, result_line
-from postproc.batch.values import TaskOutcome
-from postproc.cli.printing import MOST_SHOWN, print_aside, say, width_of
-from postproc.diagnostics import Matter, PostprocError, visible
-from postproc.grouping import grouped
+from postproc.cli.printing import print_aside, width_of
+from postproc.diagnostics import visible
 
 if TYPE_CHECKING:
-    from postproc.batch.run import Ready
     from postproc.watch import Watch
 
 CLEAR = "\r\x1b[K"  # the line of a terminal on which the cursor is
-
-
-@dataclass
-class Reporter:
-    """Prints a line for each task that is done; on a terminal only for failures, beside a line of progress.
-
-    Args:
-        total: number of tasks. started: by the monotonic clock [s].
-        watch: shows on a terminal how far the batch is; None elsewhere.
-    """
-
-    total: int
-    watch: Watch | None = None
-    started: float = field(default_factory=time.monotonic)
-    done: int = 0
-
-    def outcome(self, outcome: TaskOutcome) -> None:
-        """Print what became of a task; on a terminal only failures, and files edited by hand that were kept aside."""
-        self.done += 1
-        failed = outcome.status == "failed"
-        if self.watch is None:
-            say(f"[{self.done:{len(str(self.total))}}/{self.total}] {result_line(outcome)}")
-        else:
-            self.watch(f"{self.done} of {self.total}", self.done / self.total)
-            if failed:
-                self._say(result_line(outcome))
-        # Somebody's own work was put aside: that is told whatever became of the program.
-        told = [f for f in outcome.findings if f.matter is Matter.EDITED or (failed and f.severity == "error")]
-        for code, found in grouped((f.code, f) for f in told).items():
-            for finding in found[: MOST_SHOWN["error"]]:
-                self._say(f"  {finding_line(finding)}")
-            if len(found) > MOST_SHOWN["error"]:
-                self._say(f"  {code}: {len(found) - MOST_SHOWN['error']} more like this")
-
-    def _say(self, text: str) -> None:
-        """Print a line, over the line that shows the progress."""
-        if self.watch is not None:
-            print_aside(CLEAR, end="")
-        say(text)
-
-    def time_line(self) -> str:
-        """Return a line on how many tasks were done, in which time."""
-        return f"{self.done} task{'s' * (self.done != 1)} in {time.monotonic() - self.started:.1f} s"
-
-
-@contextmanager
-def reporting(total: int) -> Iterator[Reporter]:
-    """Provide a reporter for a batch; on a terminal it also shows progress and remaining time.
-
-    Args:
-        total: number of tasks.
-    """
-    if not sys.stderr.isatty():
-        yield Reporter(total)
-        return
-    with watching("programs") as watch:
-        yield Reporter(total, watch)
 
 
 class _Work:
@@ -144,14 +81,3 @@ def watching(what: str = "", lines: int = 0) -> Iterator[Watch]:
     finally:
         done.set()
         teller.join()
-
-
-def arm_lines(ready: Ready) -> Iterator[str]:
-    """Yield lines on which arm tasks are converted for, and by what settings; equal lines are counted."""
-    lines: Counter[str] = Counter()
-    for found in ready.converters.values():
-        lines["no arm" if isinstance(found, PostprocError) else found.settings.headline(found.robot)] += 1
-    for line, count in lines.items():
-        yield line if len(lines) == 1 else f"{count} task{'s' * (count > 1)}: {line}"
-    converters = (found for found in ready.converters.values() if not isinstance(found, PostprocError))
-    yield from dict.fromkeys(line for found in converters for line in found.settings.inherited_line(ready.plan.root))

@@ -9,8 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from postproc.batch.executors import Pool
+from postproc.batch.jobs import Ready, get_ready
 from postproc.batch.jobsfile import read_plan
-from postproc.batch.run import Ready, get_ready, run_batch
+from postproc.batch.run import run_batch
 from postproc.batch.values import Batch, BatchPlan, Shard, TaskOutcome
 from postproc.compensation.options import Options
 from postproc.settings import Settings

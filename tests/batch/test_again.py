@@ -8,9 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from postproc.batch.journal import open_journal
-from postproc.batch.values import Settings, Shard
+from postproc.batch.records import open_tree
+from postproc.batch.values import Shard
 from postproc.diagnostics import PostprocError
+from postproc.settings import Settings
 
 from .folders import EFFECT, ROUGH, TOOL, cached, convert, planned, program, programs, statuses, tree, write
 
@@ -145,37 +146,38 @@ def test_shards_make_the_whole(tmp_path: Path, together: bool) -> None:
     if together:
         gathered, _ = convert(source, tmp_path / "parts")
         assert len(cached(gathered)) == 9
+        (source / "n3.txt").unlink()
+        (source / "line0/Seam0.mod").unlink()
+        convert(source, tmp_path / "parts")
+        assert tree(tmp_path / "parts", without=[".postproc"]).keys() == whole.keys() - {"n3.txt", "line0/Seam0.mod"}
 
 
 def test_one_run_owns_a_folder(tmp_path: Path) -> None:
     source, out = programs(tmp_path / "in", 1), tmp_path / "out"
-    with open_journal(out, "all"), pytest.raises(PostprocError) as caught:
+    with open_tree(out, "all"), pytest.raises(PostprocError) as caught:
         convert(source, out)
     assert caught.value.diagnostics[0].code == "BAT003"
-    with open_journal(out, "1-of-2"):
+    with open_tree(out, "1-of-2"):
         convert(source, out)
 
 
-def test_a_torn_journal_and_unfinished_files_do_no_harm(tmp_path: Path) -> None:
+def test_torn_records_and_unfinished_files_do_no_harm(tmp_path: Path) -> None:
     source, out = programs(tmp_path / "in", 3), tmp_path / "out"
     convert(source, out)
-    whole = tree(out)
-    journal = out / ".postproc/all.jsonl"
-    lines = journal.read_bytes().splitlines(keepends=True)
-    journal.write_bytes(lines[0] + lines[1] + lines[2][:40])
+    state = tree(out)
+    torn = next(path for path in (out / ".postproc").glob("*.json") if b"Seam1" in path.read_bytes())
+    torn.write_bytes(torn.read_bytes()[:90])
     write(out, {".postproc/all.unfinished/Seam1.mod": "half a fi"})
     again, _ = convert(source, out)
-    assert len(cached(again)) == 2 and tree(out) == whole
+    assert len(cached(again)) == 2 and tree(out) == state
 
 
 def test_a_program_called_like_its_listing_keeps_both(tmp_path: Path) -> None:
     files = {"P/P.pgf": "<Program><Module>one.mod</Module></Program>", "P/one.mod": program("One")}
     source, out = write(tmp_path / "in", files), tmp_path / "out"
-    for _ in range(3):
+    for _ in range(2):
         convert(source, out)
         assert set(tree(out, without=[".postproc"])) == set(files)
-        journal = out / ".postproc/all.jsonl"
-        journal.write_bytes(journal.read_bytes() * 2)  # as after a kill: lines stand there twice
 
 
 def test_a_link_to_nothing_is_reported(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 from pathlib import Path
@@ -191,46 +192,39 @@ def test_a_path_that_becomes_a_folder_or_a_file_stops_nobody(tmp_path: Path) -> 
     assert set(tree(out, without=[".postproc"])) == {"p.mod", "c"} and kept(out) == ["c/mine.txt"]
 
 
-def test_a_journal_is_data_that_anybody_may_have_changed(tmp_path: Path) -> None:
+def record(content: object) -> bytes:
+    """The bytes of a record's file, as a batch writes them."""
+    text = json.dumps(content).encode()
+    return hashlib.sha256(text).hexdigest().encode() + b"\n" + text
+
+
+def test_a_record_is_data_that_anybody_may_have_changed(tmp_path: Path) -> None:
     source, out = write(tmp_path / "in", data("a.mod")), tmp_path / "out"
     convert(source, out)
-    journal = out / ".postproc" / "all.jsonl"
-    (whole,) = journal.read_text().splitlines()
+    (place,) = (path for path in (out / ".postproc").glob("*.json") if not path.name.startswith("copies"))
+    good = json.loads(place.read_bytes().partition(b"\n")[2])
     victim = write(tmp_path, {"victim.txt": "victim"}) / "victim.txt"
     hash_ = tree(tmp_path)["victim.txt"]
-    good = json.loads(whole)
-    odd = [
-        {**good, "name": "gone.mod", "outputs": {"../victim.txt": hash_}},
-        {**good, "name": "gone.mod", "outputs": {str(victim): hash_}},
-        {**good, "name": "gone.mod", "outputs": {"sub/../../victim.txt": hash_}},
+    odd: list[object] = [
+        *(
+            {**good, "name": "gone.mod", "outputs": {path: hash_}}
+            for path in ("../victim.txt", str(victim), "x/../../y")
+        ),
         {**good, "name": "gone.mod", "outputs": {".postproc/all.lock": hash_}},
-        {**good, "outputs": {"a.mod": 7}},
-        {**good, "outputs": ["a.mod"]},
-        {**good, "name": 7},
-        {**good, "key": None},
-        {**good, "status": ["unchanged"]},
-        {**good, "status": "done"},
-        {**good, "figures": [1]},
-        {**good, "figures": {"added_targets": "many"}},
-        {**good, "figures": {"statements": 3, "added_targets": 1}},
-        {**good, "findings": {"code": "RAP001"}},
-        {**good, "findings": ["RAP001"]},
-        {**good, "findings": [{"code": "RAP001"}]},
-        {**good, "figures": {"cycle_time_s": float("nan")}},
-        [1, 2],
-        None,
-        "text",
-        7,
+        *({**good, "outputs": outputs} for outputs in ({"a.mod": 7}, {"a.mod": []}, ["a.mod"], None)),
+        *({**good, "findings": findings} for findings in ({"code": "RAP001"}, ["RAP001"], [{"code": "RAP001"}], 7)),
+        *({key: value for key, value in good.items() if key != missing} for missing in good),
+        *({**good, "matter": 3}, [1, 2], None, "text", 7),
     ]
-    lines = [json.dumps(line) for line in odd] + ["[" * 100_000, "{torn", "\udcff", "1" * 5000]
-    journal.write_bytes("\n".join([*lines, whole]).encode("utf-8", "surrogateescape"))
-    batch, _ = convert(source, out)
-    assert statuses(batch) == {"a.mod": "unchanged"} and not batch.failed
-    assert [f.code for f in batch.findings] == ["BAT018"]
-    assert f"{len(odd) + 1} lines of the journal `{journal}` cannot come from a batch" in batch.findings[0].message
-    assert victim.read_text() == "victim"
+    texts = [record(content) for content in odd] + [json.dumps(good).encode(), b"", b"[" * 100_000, b"\xff"]
+    write(out / ".postproc", {f"{i}.json": text for i, text in enumerate(texts)})
+    for text in texts:
+        place.write_bytes(text)
+        batch, _ = convert(source, out)
+        assert statuses(batch) == {"a.mod": "unchanged"} and not batch.failed
+        assert victim.read_text() == "victim" and (out / ".postproc/all.lock").is_file()
     again, _ = convert(source, out)
-    assert all(o.cached for o in again.outcomes) and not again.findings
+    assert all(o.cached for o in again.outcomes)
 
 
 def test_names_that_are_not_unicode_are_told_everywhere(call: Call, tmp_path: Path) -> None:
@@ -258,14 +252,14 @@ def test_control_characters_of_names_and_programs_stay_off_the_terminal(call: Ca
             assert not set(text) & set("\x1b\x07\x9b\u202e"), words
 
 
-@pytest.mark.parametrize("name", ["all.jsonl", "edited", "deep/link", "edited/0"])
+@pytest.mark.parametrize("name", ["0.json", "edited", "deep/link", "edited/0"])
 def test_nothing_is_written_through_a_link_where_the_state_is_kept(tmp_path: Path, name: str) -> None:
     source = write(tmp_path / "in", data("a.mod"))
     convert(source, tmp_path / "out")
     planted = tmp_path / "out" / ".postproc" / name
     planted.parent.mkdir(exist_ok=True)
     planted.unlink(missing_ok=True)
-    planted.symlink_to(tmp_path / "out" / "a.mod" if name.endswith("l") else tmp_path)
+    planted.symlink_to(tmp_path / "out" / "a.mod" if name.endswith("n") else tmp_path)
     before = tree(tmp_path)
     with pytest.raises(PostprocError, match="BAT015"):
         convert(source, tmp_path / "out")
@@ -276,7 +270,7 @@ def test_a_report_does_not_replace_the_state_of_a_batch(call: Call, tmp_path: Pa
     source = write(tmp_path / "in", data("a.mod"))
     convert(source, tmp_path / "out")
     before = tree(tmp_path)
-    for name in ("all.jsonl", "new.html"):
+    for name in ("copies-all.json", "new.html"):
         place = tmp_path / "out" / ".postproc" / name
         found = call("batch", source, "-o", tmp_path / "out", "--report", place, "--workers", "1")
         assert found.code == 2 and "error[CLI007]" in found.err

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from postproc.batch.run import get_ready, run_batch
+from postproc.batch.jobs import get_ready
+from postproc.batch.run import run_batch
 from postproc.batch.values import Batch, Shard
 from postproc.diagnostics import PostprocError
 from tests.batch.folders import ARM, HERE, cached, planned, programs, write

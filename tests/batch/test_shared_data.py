@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from postproc.batch.nearby import MOST_FILES, read_nearby
 from postproc.diagnostics import Source
+from postproc.tasks.nearby import MOST_FILES, read_nearby
 
 from .folders import TOOL, UNNAMED, convert, statuses, target, write
 

@@ -10,14 +10,16 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from postproc.batch.discover import discover
 from postproc.batch.document import batch_document
-from postproc.batch.nearby import read_nearby
-from postproc.batch.summary import result_line
+from postproc.batch.jobs import get_ready
+from postproc.batch.values import Shard
+from postproc.cli.convert.batch_lines import result_line
 from postproc.diagnostics import PostprocError, Source
 from postproc.files import resource
 from postproc.report.terminal import render_text
 from postproc.settings import Settings
+from postproc.tasks.discover import discover
+from postproc.tasks.nearby import read_nearby
 
 from .folders import ARM, ROUGH, TOOL, UNNAMED, codes, convert, planned, program, statuses, target, tree, write
 
@@ -304,6 +306,8 @@ def test_a_program_folder_is_one_task(tmp_path: Path) -> None:
     assert set(found["P/P.pgf"].files) == {"P/one.mod", "P/two.mod", "P/tools.sys"}
     assert [d.code for d in found["P/P.pgf"].findings] == ["BAT010"]
     assert [d.code for d in found["Q/R.pgf"].findings] == ["BAT011"]
+    run_time = replace(ROUGH, options=replace(ROUGH.options, run_time="all"))
+    assert get_ready(planned(tmp_path, tmp_path / "out", run_time), Shard(), tmp_path / "out").tasks
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from postproc.batch.discover import discover, task_around, with_arm
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
 from postproc.convert import compensate_program
@@ -15,6 +14,8 @@ from postproc.diagnostics import Source
 from postproc.model.arm import Model
 from postproc.model.file import parse_model
 from postproc.settings import Settings
+from postproc.tasks.discover import discover, task_around
+from postproc.tasks.task import with_arm
 from tests.cells import world as W
 from tests.independent import arm as A
 

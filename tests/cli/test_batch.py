@@ -11,10 +11,11 @@ from pathlib import Path
 import pytest
 
 from postproc.batch.document import batch_document
-from postproc.batch.values import Batch, Task, TaskOutcome
-from postproc.cli.progress import reporting
+from postproc.batch.values import Batch, TaskOutcome
+from postproc.cli.convert.batch_lines import reporting
 from postproc.diagnostics import Finding, Matter
 from postproc.report.terminal import render_text
+from postproc.tasks.task import Task
 from tests.batch.folders import program, write
 
 from .conftest import Call

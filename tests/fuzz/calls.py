@@ -1,4 +1,4 @@
-"""Bad calls of the command line: odd names, options, settings, outputs, journals and backups.
+"""Bad calls of the command line: odd names, options, settings, outputs, records and backups.
 
 ``python -m tests.fuzz.calls [FIRST]`` makes all of them (from one on); the suite makes every `STEP`-th. Whatever is wrong with a call, it ends
 with 0, 1 or 2 within 20 seconds, and no file that stood there before is changed but the output it asks for.
@@ -42,9 +42,9 @@ BYTES = (
     b"[[job]]\nfolder = '.'\nentry = 3", b"job = 3", b"[job]\nfolder = '.'",
 )  # fmt: skip
 """Settings, models, jobs files and column maps that are none."""
-JOURNAL = (
+RECORDS = (
     b"{}", b"[]", b"null", b"\xff", b"{" * 50_000, b'{"name":"a.mod"}', b'{"name":"a.mod","key":"k","status":"unchanged","outputs":{"../a.mod":"x"}}',
-    b'{"name":"a.mod","key":"copy","status":"copy","outputs":{"/etc/passwd":"x"},"figures":7,"findings":[[]]}',
+    b'{"name":"a.mod","key":"k","status":"copy","outputs":{"/etc/passwd":"x"},"figures":7,"findings":[[]]}',
     b'{"name":["a"],"key":"k","status":"failed","outputs":{}}', b'{"name":"a.mod","key":"k","status":"copy","outputs":{"":"x"}}',
 )  # fmt: skip
 
@@ -210,14 +210,14 @@ def calls() -> Iterator[Call]:
             lambda data=data: Path("odd.toml").write_bytes(data),
             ("predict", "m.toml", "t.csv", "--columns", "odd.toml"),
         )
-    for data in JOURNAL:
+    for data in (*RECORDS, *(hashlib.sha256(text).hexdigest().encode() + b"\n" + text for text in RECORDS)):
         yield (
-            lambda data=data: write(Path("out/.postproc"), {"all.jsonl": data}),
+            lambda data=data: write(Path("out/.postproc"), {"0.json": data}),
             ("batch", "dir.mod", "-o", "out", *ARM, "--workers", "1"),
         )
     for name in (
         "out/.postproc",
-        "out/.postproc/all.jsonl/x",
+        "out/.postproc/copies-all.json/x",
         "out/.postproc/all.lock/x",
         "out/.postproc/all.unfinished",
         "out/in.mod/x",

@@ -74,7 +74,7 @@ SETTINGS = (
 )
 JOBS = '[[job]]\nfiles = ["a.mod"]\nname = "A"\nrobot = "irb4600_60_205"\n[[job]]\nfolder = "sub"\nonly = ["*"]\nrobot = "irb4600_60_205"\n'
 PGF = '<?xml version="1.0" encoding="ISO-8859-1" ?>\n<Program>\n\t<Module>a.mod</Module>\n\t<Module>p.mod</Module>\n</Program>\n'
-JOURNAL = {
+RECORD = {
     "name": "a.mod", "key": "k", "status": "compensated", "outputs": {"a.mod": "00"},
     "figures": {"added_targets": 0, "unproved_statements": 0, "cycle_time_s": 1.0, "max_error_before_mm": 0.1, "max_error_after_mm": 0.01,
                 "statements": {"compensated": 1, "run_time": 0, "unchanged": 0, "skipped": 0}},
@@ -191,6 +191,12 @@ def changed_json(random: Random, data: bytes) -> bytes:
     return json.dumps(value).encode()
 
 
+def changed_record(random: Random, data: bytes) -> bytes:
+    """The record of a task as a batch might have written it, with a value of another kind in it."""
+    changed = changed_json(random, data)
+    return hashlib.sha256(changed).hexdigest().encode() + b"\n" + changed
+
+
 TABLE = "t.csv"
 FIT = ("fit", TABLE, *ARM, "--effects", "joint_compliance", "-o", "o.out")
 KINDS = (
@@ -204,7 +210,7 @@ KINDS = (
          (("inspect", "a.mod", "-m", "m.toml"), ("compensate", "a.mod", "-m", "m.toml", "-o", "o.out"), ("predict", "m.toml", TABLE, "-o", "o.out"),
           ("compare", "m.toml", TABLE), ("add", "m.toml", "backlash", TABLE, "-o", "o.out"), ("effects", "list"))),
     Kind("jobs", "jobs.toml", JOBS.encode, changed_toml, (("batch", "jobs.toml", "-o", "out", "--workers", "1"),)),
-    Kind("journal", "out/.postproc/all.jsonl", lambda: json.dumps(JOURNAL).encode(), changed_json,
+    Kind("record", "out/.postproc/0.json", lambda: json.dumps(RECORD).encode(), changed_record,
          (("batch", "sub", *ARM, "-o", "out", "--workers", "1"),)),
     Kind("column map", "map.toml", MAP.encode, changed_toml,
          ((*FIT, "--columns", "map.toml"), ("predict", "m.toml", TABLE, "--columns", "map.toml", "-o", "o.out"))),

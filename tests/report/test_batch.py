@@ -6,9 +6,10 @@ import re
 from dataclasses import replace
 
 from postproc.batch.document import batch_document
-from postproc.batch.values import Batch, Task, TaskOutcome
+from postproc.batch.values import Batch, TaskOutcome
 from postproc.diagnostics import Finding, Severity
 from postproc.report.page import render_page
+from postproc.tasks.task import Task
 from tests.report.conftest import tables
 
 

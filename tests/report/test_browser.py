@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from postproc.batch.document import batch_document
-from postproc.batch.values import Batch, Task, TaskOutcome
+from postproc.batch.values import Batch, TaskOutcome
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
 from postproc.convert import compensate_program
@@ -28,6 +28,7 @@ from postproc.results.comparison import comparison_document
 from postproc.results.conversion import conversion_document
 from postproc.results.diagnosis import diagnosis_document
 from postproc.results.difference import folders_document
+from postproc.tasks.task import Task
 from tests.bench.programs import program
 from tests.report.test_improve import diagnosed, sample
 

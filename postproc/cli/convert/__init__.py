@@ -1,1 +1,3 @@
-"""Commands on programs: `compensate` (`finish`), `inspect`, `batch`, `seam`, `runtime` (`made_for`), `diff`."""
+"""Commands on programs: `compensate` (`finish`), `inspect`, `batch` (`batch_lines`), `seam`, `diff`, `runtime`
+(`made_for`).
+"""

@@ -11,11 +11,11 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from postproc.batch.values import Shard
+from postproc.cli.convert.batch_lines import arm_lines, reporting
 from postproc.cli.options import AS_WRITTEN, Flag, Format, ReportFile, RequiredOutput
 from postproc.cli.output import check_outputs, present
 from postproc.cli.printing import say
 from postproc.cli.program_options import TaskOptions
-from postproc.cli.progress import arm_lines, reporting
 from postproc.diagnostics import PostprocError
 from postproc.files import real
 
@@ -49,16 +49,17 @@ def run(
     """
     from postproc.batch.document import batch_document
     from postproc.batch.executors import open_pool
+    from postproc.batch.jobs import get_ready
     from postproc.batch.jobsfile import read_plan
-    from postproc.batch.run import get_ready, run_batch
+    from postproc.batch.run import run_batch
     from postproc.results.conversion import unknown_accuracy
     from postproc.settings import made_with
 
     part = _shard(shard)
     _check_folders(folder_or_jobs, output)
     place = folder_or_jobs if folder_or_jobs.is_dir() else folder_or_jobs.parent
-    own = convert.settings_at(place)
-    check_outputs((folder_or_jobs, *own.inputs), report)
+    settings = convert.settings_at(place)
+    check_outputs((folder_or_jobs, *settings.inputs), report)
     ready = get_ready(read_plan(folder_or_jobs, convert.settings_at, output), part, output, report)
     for line in arm_lines(ready):
         say(line)
@@ -71,10 +72,10 @@ def run(
         # Nothing is half written, and workers end with this process: waiting for them would gain nothing.
         os._exit(1)
     pages = {o.task.name: os.path.relpath(output / o.page, report.parent) for o in batch.outcomes if o.page and report}
-    document = batch_document(folder_or_jobs.name, batch, part, made=made_with(own), pages=pages)
+    document = batch_document(folder_or_jobs.name, batch, part, made=made_with(settings), pages=pages)
     present(document, report, json=json, form=format, text=True, aside=True, root=ready.plan.root)
     say(shown.time_line())
-    if own.model is None and folder_or_jobs.is_dir() and batch.counts["compensated"]:
+    if settings.model is None and folder_or_jobs.is_dir() and batch.counts["compensated"]:
         say(unknown_accuracy())
     return int(batch.failed)
 
@@ -101,11 +102,11 @@ def _hush() -> None:
 
 def _shard(text: str) -> Shard:
     """Parse ``--shard I/N``; BAT014 where it is no part of a whole."""
-    found = re.fullmatch(r"(\d+)/(\d+)", text)
-    if found is None or not 1 <= int(found[1]) <= int(found[2]):
+    match = re.fullmatch(r"(\d+)/(\d+)", text)
+    if match is None or not 1 <= int(match[1]) <= int(match[2]):
         help_ = "write `--shard 2/4` for the second of four parts"
         raise PostprocError.of("BAT014", f"`--shard {text}` is not a part of a whole", help=help_)
-    return Shard(int(found[1]), int(found[2]))
+    return Shard(int(match[1]), int(match[2]))
 
 
 def _check_folders(source: Path, output: Path) -> None:

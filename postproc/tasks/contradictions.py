@@ -12,10 +12,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from postproc.batch.values import Task
 from postproc.diagnostics import Diagnostic, Severity
 from postproc.files import real
 from postproc.settings import Settings
+from postproc.tasks.task import Task
 
 if TYPE_CHECKING:
     from postproc.robot.arm import Robot
@@ -24,23 +24,23 @@ PROCESS = ("force", "moment", "already")
 """What no settings file outside a backup says of its cell."""
 
 
-def contradictions(settings: Settings, task: Task, place: Path, robot: Robot) -> list[Diagnostic]:
+def contradictions(settings: Settings, task: Task, robot: Robot) -> list[Diagnostic]:
     """Return contradictions of settings to the controller's configuration (BAT012, BAT019) and the data sheet (BAT020).
 
     They are errors if a settings file, and not the command line, states what contradicts.
 
     Args:
-        place: a file of the task, or its folder. robot: the arm of the settings' model.
+        robot: the arm of the settings' model.
     """
     inherited = dict(settings.inherited)
-    found = _against_arm(task, robot.name, inherited.keys())
-    if (backup := _backup(task, place)) is not None:
-        found += _from_outside(settings, backup, inherited)
+    findings = _against_arm(task, robot.name, inherited.keys())
+    if task.backup is not None:
+        findings += _from_outside(settings, real(task.backup), inherited)
     station = settings.station
     if "already" in inherited and station is not None and not station.cell_arm.calibrated:
         text = f"`{settings.stated_in[0]}` says that the controller corrects by itself; its configuration does not"
-        found.append(Diagnostic("BAT019", "error", text, help="take `already` out, or say it with `--already`"))
-    return found + _beyond_payload(settings, robot, "error" if "force" in inherited else "warning")
+        findings.append(Diagnostic("BAT019", "error", text, help="take `already` out, or say it with `--already`"))
+    return findings + _beyond_payload(settings, robot, "error" if "force" in inherited else "warning")
 
 
 def _against_arm(task: Task, robot: str, inherited: Collection[str]) -> list[Diagnostic]:
@@ -59,18 +59,6 @@ def _against_arm(task: Task, robot: str, inherited: Collection[str]) -> list[Dia
         help_ = "take the arm out of the settings file, or name it with `--robot` or `-m` if it is meant"
         return [Diagnostic("BAT012", "error", text, help=help_)]
     return [Diagnostic("BAT012", "warning", text, help="give each arm's model to its tasks in a jobs file")]
-
-
-def _backup(task: Task, place: Path) -> Path | None:
-    """Return the controller's backup that a task is part of: the folder above RAPID; None without one.
-
-    Args:
-        place: a file of the task, or its folder.
-    """
-    stated = task.robot is not None or task.unknown is not None or task.station is not None
-    at = real(place)
-    above = (folder.parent for folder in (at, *at.parents) if folder.name.lower() == "rapid")
-    return next(above, None) if stated else None
 
 
 def _from_outside(settings: Settings, backup: Path, inherited: Mapping[str, str]) -> list[Diagnostic]:
