@@ -223,6 +223,12 @@ def no_known_target(
     return Diagnostic("CMP003", "error", text, source, span, why + help_)
 
 
+def why_no_move(runs: Sequence[MotionEvent]) -> str:
+    """Why a statement with these executions makes no move of the arm whose target is known."""
+    reason = next((event.reason for event in runs if event.reason), None)
+    return reason or (OUT_OF_REACH if runs else "the program never gets here")
+
+
 def _of_statement(event: MotionEvent, findings: Sequence[Diagnostic]) -> Diagnostic | None:
     """The first warning or error placed inside the statement of an event, or None."""
     source, (begin, end) = event.statement.source, event.statement.span

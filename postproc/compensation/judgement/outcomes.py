@@ -21,7 +21,7 @@ from postproc.compensation.judgement.transitions import (
 )
 from postproc.compensation.options import TOLERANCE_M
 from postproc.compensation.plan import CorrectionPlan
-from postproc.compensation.reading import OUT_OF_REACH
+from postproc.compensation.reading import why_no_move
 from postproc.compensation.text.values import UNCHANGED_MM, UNCHANGED_RAD, StatementOutcome, Status
 from postproc.compensation.tolerances import goal_tolerances
 from postproc.diagnostics import Diagnostic, Matter
@@ -87,7 +87,7 @@ def judge_statements(
             if statement.interpolation == "absjoint":
                 continue
             if outcome.status == "skipped":
-                if statement.interpolation != "none":
+                if statement.interpolation != "none" and statement.key not in plan.seam_mates:
                     text = f"left as it is: {outcome.reason}"
                     first = next((set_first(events[i].unknowns) for i in indices if events[i].reason), None)
                     findings.append(_left(statement, text, first or BESIDE))
@@ -168,9 +168,7 @@ def _outcome(
         return StatementOutcome(statement, "skipped", BESIDE_ARM)
     reason = next((event.reason for event in runs if event.reason), None)
     if not rows:
-        return StatementOutcome(
-            statement, "skipped", reason or (OUT_OF_REACH if runs else "the program never gets here")
-        )
+        return StatementOutcome(statement, "skipped", plan.left.get(statement.key) or why_no_move(runs))
     residual = 1e3 * max(float(after.goal_distance[i]) for i in rows)
     if statement.interpolation == "absjoint":
         return StatementOutcome(statement, "unchanged", JOINT_TARGET, 0.0, round(residual, 5))
