@@ -226,11 +226,11 @@ class Planner:
         """Weld statements that stay since another one of their seam is in ``left``, or leads nowhere that is known."""
         moving, runs = {*self.keys}, executions_of(self.events)
         lost = {key: why for key, why in left.items() if key not in self.unasked and not self._taken(key)}
-        own = [s for s in self.program.statements if not s.source.read_only]
-        for s in own:
+        statements = [s for s in self.program.statements if not s.source.read_only]
+        for s in statements:
             if s.signature.phase and s.key not in moving and not self._taken(s.key):
                 lost[s.key] = why_no_move([self.events[row] for row in runs.get(s.key, ())])
-        return seam_mates(lost, own)
+        return seam_mates(lost, statements)
 
     def _chosen(self, left: Mapping[StatementKey, str]) -> list[int]:
         """Indices of the moves whose statements are not in ``left``."""
@@ -248,7 +248,7 @@ class Planner:
         """
         following = self._following(pieces)
         parts = [p for p in pieces if p.move not in following]
-        return self.writer.assign(self.requester.vias(chosen, written, curve, parts), goals, np.inf)
+        return self.writer.assign(self.requester.vias(chosen, written, curve, parts), goals, anyway=True)
 
     def _following(self, pieces: Sequence[Pieces]) -> set[int]:
         """Divided arcs whose added points are expressions of start, circle point and goal, as not all are numbers."""

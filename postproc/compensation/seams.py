@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from itertools import pairwise
 
 from postproc.rapid.data.events import MotionStatement, StatementKey
 
@@ -14,23 +13,16 @@ def seams_of(statements: Iterable[MotionStatement]) -> list[list[MotionStatement
     Args:
         statements: motion statements in text order.
     """
-    motions = list(statements)
     seams: list[list[MotionStatement]] = []
-    begins = [True, *(_parts(before, statement) for before, statement in pairwise(motions))]
-    for statement, new in zip(motions, begins, strict=True):
-        if not statement.signature.phase:
-            continue
-        if new:
-            seams.append([])
-        seams[-1].append(statement)
+    burning, routine = False, None  # the seam goes on, in that routine
+    for statement in statements:
+        phase, place = statement.signature.phase, (statement.source.path, statement.module, statement.routine)
+        if phase in ("weld", "end") and burning and place == routine:
+            seams[-1].append(statement)
+        elif phase:
+            seams.append([statement])
+        burning, routine = phase in ("start", "weld"), place
     return seams
-
-
-def _parts(before: MotionStatement, statement: MotionStatement) -> bool:
-    """Whether a statement cannot continue the seam of the statement before it."""
-    ended = before.signature.phase in ("", "end") or statement.signature.phase == "start"
-    routines = [(s.source.path, s.module, s.routine) for s in (before, statement)]
-    return ended or routines[0] != routines[1]
 
 
 def seam_mates(lost: Mapping[StatementKey, str], statements: Iterable[MotionStatement]) -> dict[StatementKey, str]:

@@ -66,41 +66,26 @@ def judge_statements(
         after: deviation of the written program, by sample and by move.
         on_controller: statements that a function corrects while the program runs: ``run_time`` in place of ``skipped``.
     """
-    path, goal = plan.path_tolerance, goal_tolerances(plan.motion.moves, plan.motion.options)
     moves = {move.row: i for i, move in enumerate(plan.motion.moves)}
     runs = executions_of(events)
-    passing = in_transition(plan, after)
+    own, passing = own_moves(plan), in_transition(plan, after)
     worst, shifts = after.largest_of_moves(after.space & after.steady & ~passing), correction_sizes(plan)
     at_goal = np.where(after.goal_steady & ~for_the_next(plan), after.goal_distance, 0.0)
     outcomes: list[StatementOutcome] = []
     findings: list[Diagnostic] = []
-    own = own_moves(plan)
     for statement in program.statements:
-        indices = runs.get(statement.key, [])
-        rows = [moves[i] for i in indices if i in moves and own[moves[i]]]
+        executions = [events[row] for row in runs.get(statement.key, [])]
+        rows = [moves[row] for row in runs.get(statement.key, []) if row in moves]
         if not statement.source.read_only:
-            every = [moves[i] for i in indices if i in moves]
-            outcome = _outcome(statement, [events[i] for i in indices], every, plan, after=after, shifts=shifts)
+            outcome = _outcome(statement, executions, rows, plan, after=after, shifts=shifts)
             if outcome.status == "skipped" and statement.key in on_controller:
                 outcome = replace(outcome, status="run_time", shift_mm=None, edited="function")
             outcomes.append(outcome)
-            if statement.interpolation == "absjoint":
+            if outcome.status == "skipped" and statement.key not in plan.seam_mates:
+                findings += _left(outcome, executions)
+            if outcome.status == "skipped" or statement.interpolation == "absjoint":
                 continue
-            if outcome.status == "skipped":
-                if statement.interpolation != "none" and statement.key not in plan.seam_mates:
-                    text = f"left as it is: {outcome.reason}"
-                    first = next((set_first(events[i].unknowns) for i in indices if events[i].reason), None)
-                    findings.append(_left(statement, text, first or BESIDE))
-                continue
-        over = [i for i in rows if worst[i] > path[i] or at_goal[i] > goal[i]]
-        if over:
-            farthest = max(over, key=lambda i: max(worst[i], at_goal[i]))
-            on_the_way = worst[farthest] > path[farthest] and worst[farthest] > at_goal[farthest]
-            what = "the path to this target" if on_the_way else "this target itself"
-            off, most = (worst, path) if on_the_way else (at_goal, goal)
-            text = f"{what} stays {1e3 * off[farthest]:.3f} mm off, tolerance {1e3 * most[farthest]:g} mm"
-            why, stays = _why(plan, rows, farthest, on_the_way), 1e3 * float(off[farthest])
-            findings.append(finding("CMP006", "warning", statement, text, why, matter=Matter.OFF, length_mm=stays))
+        findings += _beyond_tolerance(plan, [i for i in rows if own[i]], worst, at_goal)
     unseen, lines = unmeasured(outcomes, events, plan)
     if 0 < unseen == lines:
         text = "no line or arc could be measured: where they begin or end, or the load, is known only at run time"
@@ -108,6 +93,38 @@ def judge_statements(
     findings += _searched_findings(outcomes, events) + transition_findings(plan)
     findings += transient_finding(plan, after, own[after.owner] & ~passing)
     return outcomes, findings
+
+
+def _left(outcome: StatementOutcome, runs: Sequence[MotionEvent] = ()) -> list[Diagnostic]:
+    """CMP005, a warning: a statement that moves the arm stays uncorrected.
+
+    Args:
+        runs: its executions; data that nothing sets before one of them is the advice.
+    """
+    if outcome.statement.interpolation == "none":
+        return []
+    advice = next((set_first(event.unknowns) for event in runs if event.reason), None) or BESIDE
+    text = f"left as it is: {outcome.reason}"
+    return [finding("CMP005", "warning", outcome.statement, text, advice, matter=Matter.LEFT)]
+
+
+def _beyond_tolerance(plan: CorrectionPlan, rows: Sequence[int], worst: Array, at_goal: Array) -> list[Diagnostic]:
+    """CMP006, a warning, if one of the moves of a statement stays beyond its tolerance: by how much, and why.
+
+    Args:
+        rows: its moves. worst, at_goal: (m,) deviation of every move on its way and at its goal [m].
+    """
+    path, goal = plan.path_tolerance, goal_tolerances(plan.motion.moves, plan.motion.options)
+    over = [i for i in rows if worst[i] > path[i] or at_goal[i] > goal[i]]
+    if not over:
+        return []
+    i = max(over, key=lambda i: max(worst[i], at_goal[i]))
+    on_the_way = bool(worst[i] > path[i] and worst[i] > at_goal[i])
+    what = "the path to this target" if on_the_way else "this target itself"
+    off, most = (float(1e3 * values[i]) for values in ((worst, path) if on_the_way else (at_goal, goal)))
+    text, why = f"{what} stays {off:.3f} mm off, tolerance {most:g} mm", _why(plan, rows, i, on_the_way)
+    statement = plan.motion.moves[i].event.statement
+    return [finding("CMP006", "warning", statement, text, why, matter=Matter.OFF, length_mm=off)]
 
 
 def _why(plan: CorrectionPlan, rows: Sequence[int], farthest: int, on_the_way: bool) -> str:
@@ -166,30 +183,30 @@ def _outcome(
     """
     if statement.interpolation == "none":
         return StatementOutcome(statement, "skipped", BESIDE_ARM)
-    reason = next((event.reason for event in runs if event.reason), None)
+    left = plan.left.get(statement.key)
     if not rows:
-        return StatementOutcome(statement, "skipped", plan.left.get(statement.key) or why_no_move(runs))
-    residual = 1e3 * max(float(after.goal_distance[i]) for i in rows)
+        return StatementOutcome(statement, "skipped", left or why_no_move(runs))
+    reason = next((event.reason for event in runs if event.reason), None)
+    residual = round(1e3 * max(float(after.goal_distance[i]) for i in rows), 5)
     if statement.interpolation == "absjoint":
-        return StatementOutcome(statement, "unchanged", JOINT_TARGET, 0.0, round(residual, 5))
-    refused = plan.left.get(statement.key)
-    if refused is not None:
+        return StatementOutcome(statement, "unchanged", JOINT_TARGET, 0.0, residual)
+    if left is not None:
         status: Status = "unchanged" if statement.key in plan.unasked else "skipped"
-        why = f"{refused}: in one of its runs {reason}" if reason and status == "skipped" else refused
-        return StatementOutcome(statement, status, why, 0.0, round(residual, 5))
+        why = f"{left}: in one of its runs {reason}" if reason and status == "skipped" else left
+        return StatementOutcome(statement, status, why, 0.0, residual)
     shift, angle = 1e3 * max(float(shifts[i, 0]) for i in rows), max(float(shifts[i, 1]) for i in rows)
     if shift < UNCHANGED_MM and angle < UNCHANGED_RAD:
         why = "the correction is below the last decimal"
-        return StatementOutcome(statement, "unchanged", why, round(shift, 5), round(residual, 5))
+        return StatementOutcome(statement, "unchanged", why, round(shift, 5), residual)
     edited = plan.places.get(statement.key)
-    moves = plan.motion.moves
-    begun = [_begins_anywhere(moves[i]) for i in rows]
-    if any(begun):
-        reason = reason or (UNKNOWN_START if all(begun) else SOMETIMES)
-    if not plan.relaxed.isdisjoint(rows):
+    begun = [_begins_anywhere(plan.motion.moves[i]) for i in rows]
+    if edited == "derived":
+        reason = FOLLOWS
+    elif not plan.relaxed.isdisjoint(rows):
         reason = SHARED
-    reason = FOLLOWS if edited == "derived" else reason
-    return StatementOutcome(statement, "compensated", reason, round(shift, 4), round(residual, 5), edited)
+    elif any(begun):
+        reason = reason or (UNKNOWN_START if all(begun) else SOMETIMES)
+    return StatementOutcome(statement, "compensated", reason, round(shift, 4), residual, edited)
 
 
 def unknown_outcomes(
@@ -202,26 +219,20 @@ def unknown_outcomes(
         on_controller: statements that a function corrects while the program runs.
     """
     runs = executions_of(events)
-    outcomes, findings = [], []
+    outcomes: list[StatementOutcome] = []
+    findings: list[Diagnostic] = []
     for statement in (s for s in program.statements if not s.source.read_only):
-        indices = runs.get(statement.key, [])
-        reason = next((events[i].reason for i in indices if events[i].reason), None)
+        executions = [events[row] for row in runs.get(statement.key, [])]
         if statement.key in on_controller:
+            reason = next((event.reason for event in executions if event.reason), None)
             outcomes.append(StatementOutcome(statement, "run_time", reason, edited="function"))
-            continue
-        if statement.interpolation == "absjoint":
+        elif statement.interpolation == "absjoint":
             outcomes.append(StatementOutcome(statement, "unchanged", JOINT_TARGET))
-            continue
-        beside = BESIDE_ARM if statement.interpolation == "none" else None
-        outcomes.append(StatementOutcome(statement, "skipped", beside or reason or "the program never gets here"))
-        if beside is None:
-            findings.append(_left(statement, f"left as it is: {outcomes[-1].reason}", BESIDE))
+        else:
+            why = BESIDE_ARM if statement.interpolation == "none" else why_no_move(executions)
+            outcomes.append(StatementOutcome(statement, "skipped", why))
+            findings += _left(outcomes[-1])
     return outcomes, findings
-
-
-def _left(statement: MotionStatement, text: str, help_: str) -> Diagnostic:
-    """CMP005, a warning: the statement stays uncorrected, for the reason in ``text``."""
-    return finding("CMP005", "warning", statement, text, help_, matter=Matter.LEFT)
 
 
 def unproved(outcomes: Sequence[StatementOutcome], events: Sequence[MotionEvent], plan: CorrectionPlan) -> int:

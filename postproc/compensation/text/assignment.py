@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 from postproc.arrays import Array
 from postproc.compensation.text.expressions import TargetExpression
 from postproc.compensation.text.laws import Allowed, OffsetLaw, constant_law, fit_affine, midrange, nearest_law
-from postproc.compensation.text.slots import ArgumentKey, Incidence, SlotKey
+from postproc.compensation.text.slots import ArgumentKey, SlotKey
 from postproc.compensation.text.values import Conf, TargetRequest, compliant
 from postproc.grouping import grouped
 from postproc.motion.values import Flags
@@ -34,8 +34,8 @@ CONFIGURATION = (
 OWN_OFFS = "the program has an `Offs` of its own: no offset can be put around the target"
 
 SHARE = 0.5
-"""Of a correction that may stay off where nothing is within the tolerance of all runs; numbers that an offset then names
-have to take this share off what one value would leave."""
+"""Of a correction that may stay off where nothing is within the tolerance of all runs; numbers in an offset have
+to take this share off what one value would leave."""
 ROUNDING_MM = 1e-6  # positions that are nearer than that are one
 
 
@@ -46,11 +46,13 @@ class SlotValue:
     Args:
         shift, turn: (3,) of the target that stands there [mm], [rad].
         robconf: its configuration; None where it stays that of the expression in the argument of a call.
+        of: the request whose target it is, if it serves only that.
     """
 
     shift: Array
     turn: Array
     robconf: Conf | None
+    of: TargetRequest | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,33 +110,41 @@ class Assignment:
 
 
 def demands_of(
-    links: Incidence,
+    requests: Sequence[TargetRequest],
+    editable: Sequence[Sequence[SlotKey]],
     closed: Set[SlotKey],
     unresolved: Set[StatementKey],
     expression: Callable[[ArgumentKey], TargetExpression],
-    share: float = SHARE,
 ) -> Demands:
     """What requests require.
 
     Args:
-        closed: slots that must not be edited.
+        editable: for each request the slots that may be edited for it, the preferred one first.
+        closed: those of them that must not be edited since they serve something else.
         unresolved: statements that also run to places that are not known.
         expression: function that returns how the text of an argument (statement and role) can be changed.
-        share: of a correction that may stay off where nothing is within the tolerance of all runs.
     """
-    requests = links.requests
-    slot_of = [next((slot for slot in slots if slot not in closed), None) for slots in links.slots]
     roots = [r.origin.root for r in requests]
     levers = [root.lever if root else (0.0, 0.0, 0.0) for root in roots]
     shift, turn, lever = (
         np.array(rows, dtype=float).reshape(-1, 3)
         for rows in ([r.shift for r in requests], [r.turn for r in requests], levers)
     )
-    derived = np.array([root is not None for root in roots], dtype=bool)
     within = np.array([r.within_mm for r in requests])
-    largest = np.maximum(within, share * np.linalg.norm(shift, axis=1))
-    places = requests, links.of_argument, slot_of, links.of_slot
-    return Demands(*places, shift, turn, lever, derived, within, largest, unresolved, expression)
+    return Demands(
+        requests=requests,
+        arguments=grouped(((r.event.statement.key, r.role), row) for row, r in enumerate(requests)),
+        slot_of=[next((slot for slot in slots if slot not in closed), None) for slots in editable],
+        of_slot=grouped((slot, row) for row, slots in enumerate(editable) for slot in slots),
+        shift=shift,
+        turn=turn,
+        lever=lever,
+        derived=np.array([root is not None for root in roots], dtype=bool),
+        within=within,
+        largest=np.maximum(within, SHARE * np.linalg.norm(shift, axis=1)),
+        unresolved=unresolved,
+        expression=expression,
+    )
 
 
 def assign(demands: Demands, fixed: Mapping[SlotKey, SlotValue]) -> Assignment:
@@ -145,7 +155,7 @@ def assign(demands: Demands, fixed: Mapping[SlotKey, SlotValue]) -> Assignment:
     """
     slots = {**fixed, **_slot_values(demands, fixed)}
     limit = demands.within + ROUNDING_MM
-    unserved = demands.shift - _moved(demands, range(len(demands.requests)), slots)
+    unserved = _unserved(demands, range(len(demands.requests)), slots)
     served = (np.linalg.norm(unserved, axis=1) <= limit).tolist()
     offsets: dict[ArgumentKey, OffsetLaw] = {}
     left: dict[StatementKey, str] = {}
@@ -168,7 +178,7 @@ def assign(demands: Demands, fixed: Mapping[SlotKey, SlotValue]) -> Assignment:
             unserved[rows] -= _turned(demands, key, added, to_object=True)
         elif value is not None:
             slots |= value
-            unserved[rows] = demands.shift[rows] - _moved(demands, rows, slots)
+            unserved[rows] = _unserved(demands, rows, slots)
         # What is derived from a corrected target follows that, where it is nowhere worse than no correction.
         elif (
             not (filled and configured and demands.derived[rows].all())
@@ -185,34 +195,33 @@ def assign(demands: Demands, fixed: Mapping[SlotKey, SlotValue]) -> Assignment:
 def _slot_values(demands: Demands, fixed: Mapping[SlotKey, SlotValue]) -> dict[SlotKey, SlotValue]:
     """A value for each slot that is not fixed and serves any argument: the centre of what its arguments require."""
     users: dict[SlotKey, dict[ArgumentKey, list[int]]] = {}
-    by_offset: set[ArgumentKey] = set()
     for key, rows in demands.arguments.items():
-        if demands.read_only(key) or any(demands.slot_of[row] is None for row in rows):
-            by_offset.add(key)
         for row in rows:
             if (slot := demands.slot_of[row]) is not None and slot not in fixed:
                 users.setdefault(slot, {}).setdefault(key, []).append(row)
-    for arguments in users.values():
-        able = {key: rows for key, rows in arguments.items() if key not in by_offset}
-        by_offset |= able.keys() - _served_together(demands, able)
-    values: dict[SlotKey, SlotValue] = {}
+    # Arguments of files that must not change take what others leave them.
+    read_only = {key for key in demands.arguments if demands.read_only(key)}
+    by_offset = {key for key, rows in demands.arguments.items() if any(demands.slot_of[row] is None for row in rows)}
+    by_offset |= read_only
     for slot, arguments in users.items():
-        if rows := [row for key, own in arguments.items() if key not in by_offset for row in own]:
-            values[slot] = _centre(demands, rows)
-    # An offset around elements of which some are corrected fits them all where the others are corrected, too.
-    known = fixed.keys() | values.keys()
-    partly = {
-        key
-        for key in by_offset
-        if demands.read_only(key) or any(demands.slot_of[row] in known for row in demands.arguments[key])
-    }
-    for slot in users.keys() - values.keys() if partly else ():
-        if rows := [row for key, own in users[slot].items() if key in partly for row in own]:
-            values[slot] = _centre(demands, rows)
+        able = {key: rows for key, rows in arguments.items() if key not in by_offset}
+        by_offset |= able.keys() - _served_together(demands, slot, able)
+    known, values = set(fixed), dict[SlotKey, SlotValue]()
+    for carried in (False, True):
+        # An offset around elements of which some are corrected fits them all where the others are corrected, too.
+        partly = {key for key in by_offset if any(demands.slot_of[row] in known for row in demands.arguments[key])}
+        served = read_only | partly if carried else demands.arguments.keys() - by_offset
+        for slot, arguments in users.items():
+            rows = [row for key, own in arguments.items() if key in served for row in own]
+            if rows and slot not in values:
+                values[slot] = _centre(demands, slot, rows)
+        known |= values.keys()
     return values
 
 
-def _served_together(demands: Demands, arguments: Mapping[ArgumentKey, Sequence[int]]) -> Collection[ArgumentKey]:
+def _served_together(
+    demands: Demands, slot: SlotKey, arguments: Mapping[ArgumentKey, Sequence[int]]
+) -> Collection[ArgumentKey]:
     """The arguments of one slot that one value serves: all if possible, else each that agrees with those before it.
 
     First come those that no offset can serve, then those whose runs use several slots, those that name the target, and
@@ -221,7 +230,7 @@ def _served_together(demands: Demands, arguments: Mapping[ArgumentKey, Sequence[
     Args:
         arguments: for each argument (statement and role) the indices of its requests that use the slot.
     """
-    if _one_value(demands, [*chain(*arguments.values())]):
+    if _one_value(demands, slot, [*chain(*arguments.values())]):
         return arguments.keys()
 
     def rank(key: ArgumentKey) -> int:
@@ -235,49 +244,49 @@ def _served_together(demands: Demands, arguments: Mapping[ArgumentKey, Sequence[
 
     kept: list[ArgumentKey] = []
     for key in sorted((key for key in arguments if rank(key) < 4), key=rank):
-        if _one_value(demands, [row for one in (*kept, key) for row in arguments[one]]):
+        if _one_value(demands, slot, [row for one in (*kept, key) for row in arguments[one]]):
             kept.append(key)
     return kept
 
 
-def _one_value(demands: Demands, rows: Sequence[int]) -> bool:
+def _one_value(demands: Demands, slot: SlotKey, rows: Sequence[int]) -> bool:
     """Whether one value of a slot is within the tolerance of all requests ``rows``, and they have one configuration."""
     if len(rows) < 2:
         return True
-    value = _centre(demands, rows)
+    value = _centre(demands, slot, rows)
     one = value.robconf is None or len({demands.requests[row].value.robconf for row in rows}) == 1
-    return one and bool((_misses(demands, rows, value) <= demands.within[rows]).all())
+    return one and bool((_off(demands, rows, {slot: value}) <= demands.within[rows]).all())
 
 
-def _centre(demands: Demands, rows: Sequence[int]) -> SlotValue:
+def _centre(demands: Demands, slot: SlotKey, rows: Sequence[int]) -> SlotValue:
     """The value of a slot in the middle, along each axis, of the range within the tolerances of requests ``rows``.
 
     It is turned half-way between the rotations that they require; those whose argument displaces the target count for
     it only if there are no others. It has their most common configuration, or keeps that of an expression.
     """
-    slot, confs = demands.slot_of[rows[0]], [demands.requests[row].value.robconf for row in rows]
-    conf = None if slot is not None and slot[0] == "call" else max(set(confs), key=confs.count)
+    confs = [demands.requests[row].value.robconf for row in rows]
+    conf = None if slot[0] == "call" else max(set(confs), key=confs.count)
     chosen = np.array(rows)
     plain = chosen[~demands.derived[chosen]]
     if len(rows) == len(plain) == 1:
-        return SlotValue(demands.shift[rows[0]], demands.turn[rows[0]], conf)
+        return SlotValue(demands.shift[rows[0]], demands.turn[rows[0]], conf, demands.requests[rows[0]])
     turn = midrange(demands.turn[plain if len(plain) else chosen])
     required, within = demands.shift[chosen] - np.cross(turn, demands.lever[chosen]), demands.within[chosen, None]
     return SlotValue(((required - within).max(axis=0) + (required + within).min(axis=0)) / 2, turn, conf)
 
 
-def _misses(demands: Demands, rows: Sequence[int], value: SlotValue) -> Array:
-    """(k,) distance [mm] of the targets of requests ``rows`` from the corrected ones with this value in their slot."""
-    moved = value.shift + np.cross(value.turn, demands.lever[rows])
-    return np.asarray(np.linalg.norm(demands.shift[rows] - moved, axis=1))
-
-
-def _moved(demands: Demands, rows: Sequence[int], slots: Mapping[SlotKey, SlotValue]) -> Array:
-    """(k, 3) how far [mm] the values of slots move the targets of requests ``rows``."""
+def _unserved(demands: Demands, rows: Sequence[int], slots: Mapping[SlotKey, SlotValue]) -> Array:
+    """(k, 3) what requests ``rows`` still require [mm], object axes, with these values of slots."""
     still = SlotValue(np.zeros(3), np.zeros(3), None)
     values = [still if (slot := demands.slot_of[row]) is None else slots.get(slot, still) for row in rows]
     moved = np.array([(value.shift, value.turn) for value in values]).reshape(-1, 2, 3)
-    return np.asarray(moved[:, 0] + np.cross(moved[:, 1], demands.lever[list(rows)]))
+    chosen = list(rows)
+    return np.asarray(demands.shift[chosen] - moved[:, 0] - np.cross(moved[:, 1], demands.lever[chosen]))
+
+
+def _off(demands: Demands, rows: Sequence[int], slots: Mapping[SlotKey, SlotValue]) -> Array:
+    """(k,) distance [mm] of the targets of requests ``rows`` from the corrected ones, with these values of slots."""
+    return np.asarray(np.linalg.norm(_unserved(demands, rows, slots), axis=1))
 
 
 def _configured(demands: Demands, rows: Sequence[int], slots: Mapping[SlotKey, SlotValue]) -> bool:
@@ -300,9 +309,8 @@ def _why_no_offset(demands: Demands, key: ArgumentKey, configured: bool) -> str:
     Args:
         configured: whether its runs get their configurations without the offset.
     """
-    if key[0] in demands.unresolved:
-        return ELSEWHERE
-    if any(demands.requests[row].event.has_unresolved_runs for row in demands.arguments[key]):
+    runs = (demands.requests[row].event for row in demands.arguments[key])
+    if key[0] in demands.unresolved or any(event.has_unresolved_runs for event in runs):
         return ELSEWHERE
     if not configured:
         return CONFIGURATION
@@ -339,15 +347,17 @@ def _offset(
     # Values for the slots, if these serve no other requests and have none yet.
     by_slot = grouped((demands.slot_of[row], row) for row in rows)
     own = {slot: of for slot, of in by_slot.items() if slot is not None and len(of) == len(demands.of_slot[slot])}
-    values, remaining = dict[SlotKey, SlotValue](), np.full(1, np.inf)
+    values, remaining = dict[SlotKey, SlotValue](), np.full(len(rows), np.inf)
     if len(own) == len(by_slot) and own.keys().isdisjoint(slots):
-        values = {slot: _centre(demands, of) for slot, of in own.items()}
-        remaining = np.concatenate([_misses(demands, of, values[slot]) for slot, of in own.items()])
-        if (remaining > demands.largest[[*chain(*own.values())]]).any():
-            values = {}
+        values = {slot: _centre(demands, slot, of) for slot, of in own.items()}
+        remaining = _off(demands, rows, values)
     most = np.minimum(largest, SHARE * min(remaining.max(), off.max()))
     affine = nearest_law(laws, Allowed(0.0, most.tolist()))
-    return affine or values or nearest_law([(constant, errors)], Allowed(0.0, largest.tolist()))
+    return (
+        affine
+        or (values if (remaining <= largest).all() else None)
+        or nearest_law([(constant, errors)], Allowed(0.0, largest.tolist()))
+    )
 
 
 def _turned(demands: Demands, key: ArgumentKey, offsets: Array, *, to_object: bool) -> Array:

@@ -11,17 +11,16 @@ from scipy.spatial.transform import Rotation
 from postproc.arrays import Array
 from postproc.compensation.correction.curve import Exact
 from postproc.compensation.path.motion import Motion
-from postproc.compensation.text.assignment import SHARE, Assignment, SlotValue, assign, demands_of
+from postproc.compensation.text.assignment import Assignment, SlotValue, assign, demands_of
 from postproc.compensation.text.expressions import TargetExpression, target_expression
 from postproc.compensation.text.laws import OffsetLaw
 from postproc.compensation.text.slots import (
     ArgumentKey,
-    Incidence,
     SlotKey,
     data_keys,
     fully_requested,
-    incidence,
     led_elsewhere,
+    may_serve,
     possible_runs,
     slots_of,
     target_users,
@@ -57,7 +56,7 @@ class Writer:
         self._expressions: dict[ArgumentKey, TargetExpression] = {}
 
     def assign(
-        self, requests: Sequence[TargetRequest], goals: Assignment | None = None, share: float = SHARE
+        self, requests: Sequence[TargetRequest], goals: Assignment | None = None, *, anyway: bool = False
     ) -> Assignment:
         """Decide what is written for requests of goals, or, if ``goals`` are assigned already, of circle points.
 
@@ -65,37 +64,41 @@ class Writer:
         serve goals but got no value is not used.
 
         Args:
-            share: of a correction that may stay off where nothing is within the tolerance of all runs.
+            anyway: one value serves runs that need different ones, however far it is off.
         """
         rows = {self.motion.moves[r.move].row for r in requests}
         complete = fully_requested(self.runs, rows) if goals is None else served(goals)
         fixed = {} if goals is None else goals.slots
         shared = set() if goals is None else goals.demands.of_slot.keys() - fixed.keys()
-        links = incidence(requests, self.users, complete, self.written)
-        closed = shared | self._unforeseen(requests, links)
-        unresolved = led_elsewhere(self.runs, rows)
-        return assign(demands_of(links, closed, unresolved, self.expression, share), fixed)
+        known = self.users, complete, self.written
+        editable = [[slot for slot in slots_of(r.origin) if may_serve(slot, r, *known)] for r in requests]
+        closed = shared | self._unforeseen(requests, editable)
+        demands = demands_of(requests, editable, closed, led_elsewhere(self.runs, rows), self.expression)
+        if anyway:
+            demands = replace(demands, largest=np.full(len(requests), np.inf))
+        return assign(demands, fixed)
 
-    def _unforeseen(self, requests: Sequence[TargetRequest], links: Incidence) -> set[SlotKey]:
+    def _unforeseen(self, requests: Sequence[TargetRequest], editable: Sequence[Sequence[SlotKey]]) -> set[SlotKey]:
         """Slots (places with a target's numbers) that some statement uses in an expression that cannot be traced back.
 
         Such a statement is known to derive its target from the slot's data, but none of its own requests says so.
 
         Args:
-            links: which of the requests each slot could serve.
+            editable: the slots of each request.
         """
-        if not any(known.derived for known in self.users.values()):
-            return set()
         follows: dict[StatementKey, set[str]] = {}
         for request in requests:
             follows.setdefault(request.event.statement.key, set()).update(data_keys(request.origin))
-        closed = set()
-        for slot, rows in links.of_slot.items():
-            for name in data_keys(requests[rows[0]].origin):
-                known = self.users.get(name)
-                if known is not None and any(name not in follows.get(key, {name}) for key in known.derived):
-                    closed.add(slot)
-        return closed
+        lost = {
+            name
+            for name, known in self.users.items()
+            if any(name not in follows.get(key, {name}) for key in known.derived)
+        }
+        first: dict[SlotKey, TargetRequest] = {}
+        for request, slots in zip(requests, editable, strict=True):
+            for slot in slots if lost else ():
+                first.setdefault(slot, request)
+        return {slot for slot, request in first.items() if lost & data_keys(request.origin)}
 
     def expression(self, key: ArgumentKey) -> TargetExpression:
         """How the text of an argument, by statement and role, can be changed; cached."""
@@ -165,6 +168,8 @@ class Writer:
         """
         origin = request.origin
         base, root = origin.base, origin.root
+        if slot[0] == "numbers" and base.spans is not None and root is None and value.of is request:
+            return Change(base.spans.source, base.spans.whole, "numbers", request.value)
         now = request.target if root is None else root.target
         moved = _moved(now, value)
         whole = TargetValue(Pose(moved.trans, moved.rot), moved.robconf, now.extax)
