@@ -149,9 +149,9 @@ class Planner:
     def plan(self) -> CorrectionPlan:
         """Decide which texts get which corrections and which statements are added."""
         # Which statements stay uncorrected is settled before anything is placed.
-        left, mates, goals = self._settle()
-        stays = {key for key in left if key in mates or not self._taken(key)}
-        chosen = self._chosen(left)
+        staying, mates, goals = self._settle()
+        stays = {key for key in staying if key in mates or not self._taken(key)}
+        chosen = self._chosen(staying)
 
         # The commanded curves lead through the targets as they are written; further targets divide them.
         placed = self.writer.placed(goals, self.exact)
@@ -159,7 +159,7 @@ class Planner:
         written = place_targets(self.model, self.samples, self.exact, placed)
         time = self.motion.timeline.at(self.motion.timeline.t, self.motion.place)
         curve, transitions = commanded_curve(self.model, self.samples, self.exact, written, time)
-        pieces = self._divided(curve, left, {})
+        pieces = self._divided(curve, staying, {})
 
         # Circle points come next, then the added targets: these are expressions of the targets as they are written.
         vias = self._circle_points(chosen, goals, written, curve, pieces)
@@ -167,7 +167,7 @@ class Planner:
         added = adder.add(pieces, 1e3 * self.division.tolerance)
         arcs = {i: why for i, why in added.refused.items() if self.samples.curves.arc[i]}
         if arcs:
-            pieces = self._divided(curve, left, arcs)
+            pieces = self._divided(curve, staying, arcs)
             vias = self._circle_points(chosen, goals, written, curve, pieces)
         replaced = {(self.keys[i], "via") for i in self._following(pieces)}
         changes, places = self.writer.changes([goals, vias], replaced)
@@ -181,10 +181,10 @@ class Planner:
             exact=written,
             changes=changes,
             places=places,
-            left=left,
+            left=staying,
             unasked=self.unasked,
             seam_mates=mates,
-            on_controller=frozenset(left) - stays,
+            on_controller=frozenset(staying) - stays,
             relaxed=frozenset(i for i, key in enumerate(self.keys) if key in relaxed),
             insertions=tuple(added.insertions),
             pieces=tuple(p for p in pieces if p.move not in added.refused or not p.goals),
@@ -204,37 +204,37 @@ class Planner:
         Numbers that a statement which stays shares with others must not change, its seam stays with it, and so may the
         start of an arc. That is followed until nothing more stays; without such a statement nothing is done twice.
         """
-        left = {**dict.fromkeys(self.unasked, OUT_OF_SCOPE), **search_starts(self.events)}
-        left |= arcs_without_start(self.motion)
+        staying = {**dict.fromkeys(self.unasked, OUT_OF_SCOPE), **search_starts(self.events)}
+        staying |= arcs_without_start(self.motion)
         if self.on_controller.everything:
-            left |= {key: ON_CONTROLLER for key in self.keys if key not in left and self._taken(key)}
+            staying |= {key: ON_CONTROLLER for key in self.keys if key not in staying and self._taken(key)}
         mates: dict[StatementKey, str] = {}
         while True:
             if not self.motion.options.allow_partial:
-                mates |= self._seam_mates({key: why for key, why in left.items() if key not in mates})
-                left |= mates
-            chosen = self._chosen(left)
+                mates |= self._seam_mates({key: why for key, why in staying.items() if key not in mates})
+                staying |= mates
+            chosen = self._chosen(staying)
             goals = self.writer.assign(self.requester.goals(chosen))
             vias = self.writer.assign(self.requester.vias(chosen, self.exact, self.exact.T_work_tcp, ()), goals)
-            stays = {i for i, key in enumerate(self.keys) if key in mates or (key in left and not self._taken(key))}
-            more = {**spoiled_starts(self.motion, self.exact, stays), **vias.left, **goals.left}
-            if more.keys() <= left.keys():
-                return left, frozenset(mates), goals
-            left |= more
+            stays = {i for i, key in enumerate(self.keys) if key in mates or (key in staying and not self._taken(key))}
+            further = {**spoiled_starts(self.motion, self.exact, stays), **vias.refused, **goals.refused}
+            if further.keys() <= staying.keys():
+                return staying, frozenset(mates), goals
+            staying |= further
 
-    def _seam_mates(self, left: Mapping[StatementKey, str]) -> dict[StatementKey, str]:
-        """Weld statements that stay since another one of their seam is in ``left``, or leads nowhere that is known."""
+    def _seam_mates(self, staying: Mapping[StatementKey, str]) -> dict[StatementKey, str]:
+        """Weld statements that stay since another one of their seam is in ``staying``, or its target is not known."""
         moving, runs = {*self.keys}, executions_of(self.events)
-        lost = {key: why for key, why in left.items() if key not in self.unasked and not self._taken(key)}
+        lost = {key: why for key, why in staying.items() if key not in self.unasked and not self._taken(key)}
         statements = [s for s in self.program.statements if not s.source.read_only]
         for s in statements:
             if s.signature.phase and s.key not in moving and not self._taken(s.key):
                 lost[s.key] = why_no_move([self.events[row] for row in runs.get(s.key, ())])
         return seam_mates(lost, statements)
 
-    def _chosen(self, left: Mapping[StatementKey, str]) -> list[int]:
-        """Indices of the moves whose statements are not in ``left``."""
-        return [i for i, key in enumerate(self.keys) if key not in left]
+    def _chosen(self, staying: Mapping[StatementKey, str]) -> list[int]:
+        """Indices of the moves whose statements are not in ``staying``."""
+        return [i for i, key in enumerate(self.keys) if key not in staying]
 
     def _circle_points(
         self, chosen: Sequence[int], goals: Assignment, written: Exact, curve: Array, pieces: Sequence[Pieces]
@@ -256,18 +256,18 @@ class Planner:
         arcs = (p.move for p in pieces if p.goals and events[p.move].via is not None)
         return {i for i in arcs if not all_numbers(events[i], events[i - 1])}
 
-    def _divided(self, curve: Array, left: Mapping[StatementKey, str], whole: Mapping[int, str]) -> list[Pieces]:
+    def _divided(self, curve: Array, staying: Mapping[StatementKey, str], undivided: Mapping[int, str]) -> list[Pieces]:
         """How moves are divided; all runs of a statement are divided at the same fractions.
 
         Args:
             curve: (n, 4, 4) commanded poses.
-            left: statements that stay uncorrected; nothing is added before them.
-            whole: moves that must not be divided, with the reason.
+            staying: statements that stay uncorrected; nothing is added before them.
+            undivided: moves that must not be divided, with the reason.
         """
 
         def divisible(i: int) -> bool:
             """Whether move i may be divided."""
-            return i not in whole and self.keys[i] not in left and not self.divisible.why_not(i)
+            return i not in undivided and self.keys[i] not in staying and not self.divisible.why_not(i)
 
         return divided_alike(self.samples, divide_moves(self.division, curve, divisible), divisible)
 

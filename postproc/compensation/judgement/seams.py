@@ -95,7 +95,7 @@ def unfinished_seams(events: Sequence[MotionEvent]) -> list[Diagnostic]:
     Statements are followed in the order of execution. Where the arm may come by several ways, or on a condition that is
     not known, nothing is said about what was before.
     """
-    found: dict[StatementKey, Diagnostic] = {}
+    findings: dict[StatementKey, Diagnostic] = {}
     start: MotionStatement | None = None
     known = False  # whether the arc burns
 
@@ -103,7 +103,7 @@ def unfinished_seams(events: Sequence[MotionEvent]) -> list[Diagnostic]:
         """Add CMP021 at a statement that may change, once."""
         help_ = "look for an instruction that was mistyped: what burns, and so what is measured, hangs on it"
         if not statement.source.read_only:
-            found.setdefault(statement.key, finding("CMP021", "warning", statement, text, help_))
+            findings.setdefault(statement.key, finding("CMP021", "warning", statement, text, help_))
 
     for event in events:
         statement, interpolation = event.statement, event.statement.interpolation
@@ -120,7 +120,7 @@ def unfinished_seams(events: Sequence[MotionEvent]) -> list[Diagnostic]:
         start = statement if phase == "start" else start if phase == "weld" else None
     if start is not None:
         report(start, "the seam that begins here is not ended")
-    return list(found.values())
+    return list(findings.values())
 
 
 def _arc_phase(event: MotionEvent) -> str:

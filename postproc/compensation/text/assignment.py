@@ -31,7 +31,7 @@ ELSEWHERE = "it also runs with other targets, on ways that are not followed"
 CONFIGURATION = (
     "the correction carries a joint over a quadrant boundary, and no place in the text holds its configuration"
 )
-OWN_OFFS = "the program has an `Offs` of its own: no offset can be put around the target"
+HIDDEN_OFFS = "the program has an `Offs` of its own: no offset can be put around the target"
 
 SHARE = 0.5
 """Of a correction that may stay off where nothing is within the tolerance of all runs; numbers in an offset have
@@ -96,7 +96,7 @@ class Assignment:
         demands: what it serves.
         slots: values by slot.
         offsets: formulas of the offsets by argument, in addition to the slots.
-        left: statements that nothing serves, with the reason; their numbers must then serve no other one.
+        refused: statements that nothing serves, with the reason; their numbers must then serve no other one.
         relaxed: statements whose runs get one value that is not within the tolerance of all of them.
         unserved: (n, 3) error that remains at each request [mm], object axes.
     """
@@ -104,7 +104,7 @@ class Assignment:
     demands: Demands
     slots: Mapping[SlotKey, SlotValue]
     offsets: Mapping[ArgumentKey, OffsetLaw]
-    left: Mapping[StatementKey, str]
+    refused: Mapping[StatementKey, str]
     relaxed: frozenset[StatementKey]
     unserved: Array
 
@@ -158,7 +158,7 @@ def assign(demands: Demands, fixed: Mapping[SlotKey, SlotValue]) -> Assignment:
     unserved = _unserved(demands, range(len(demands.requests)), slots)
     served = (np.linalg.norm(unserved, axis=1) <= limit).tolist()
     offsets: dict[ArgumentKey, OffsetLaw] = {}
-    left: dict[StatementKey, str] = {}
+    refused: dict[StatementKey, str] = {}
     relaxed: set[StatementKey] = set()
     for key, rows in demands.arguments.items():
         # By slots alone.
@@ -167,7 +167,7 @@ def assign(demands: Demands, fixed: Mapping[SlotKey, SlotValue]) -> Assignment:
         if filled and configured and all(served[row] for row in rows):
             continue
         if demands.read_only(key):
-            left |= {} if filled else {key[0]: LENT}
+            refused |= {} if filled else {key[0]: LENT}
             continue
         # By an offset, or by values for slots of its own.
         why = _why_no_offset(demands, key, configured)
@@ -186,10 +186,10 @@ def assign(demands: Demands, fixed: Mapping[SlotKey, SlotValue]) -> Assignment:
         ):
             requests = [demands.requests[row] for row in rows]
             several = len({(r.target, r.origin.base.spans) for r in requests}) > 1
-            left[key[0]] = why or (WAYS if not several and any(r.event.way for r in requests) else DIFFERENT)
+            refused[key[0]] = why or (WAYS if not several and any(r.event.way for r in requests) else DIFFERENT)
         if value is not None and (np.linalg.norm(unserved[rows], axis=1) > limit[rows]).any():
             relaxed.add(key[0])
-    return Assignment(demands, slots, offsets, left, frozenset(relaxed), unserved)
+    return Assignment(demands, slots, offsets, refused, frozenset(relaxed), unserved)
 
 
 def _slot_values(demands: Demands, fixed: Mapping[SlotKey, SlotValue]) -> dict[SlotKey, SlotValue]:
@@ -212,7 +212,7 @@ def _slot_values(demands: Demands, fixed: Mapping[SlotKey, SlotValue]) -> dict[S
         partly = {key for key in by_offset if any(demands.slot_of[row] in known for row in demands.arguments[key])}
         served = read_only | partly if carried else demands.arguments.keys() - by_offset
         for slot, arguments in users.items():
-            rows = [row for key, own in arguments.items() if key in served for row in own]
+            rows = [row for key, used in arguments.items() if key in served for row in used]
             if rows and slot not in values:
                 values[slot] = _centre(demands, slot, rows)
         known |= values.keys()
@@ -314,7 +314,7 @@ def _why_no_offset(demands: Demands, key: ArgumentKey, configured: bool) -> str:
         return ELSEWHERE
     if not configured:
         return CONFIGURATION
-    return OWN_OFFS if demands.expression(key).form is None else ""
+    return HIDDEN_OFFS if demands.expression(key).form is None else ""
 
 
 def _offset(
@@ -346,10 +346,10 @@ def _offset(
             return law
     # Values for the slots, if these serve no other requests and have none yet.
     by_slot = grouped((demands.slot_of[row], row) for row in rows)
-    own = {slot: of for slot, of in by_slot.items() if slot is not None and len(of) == len(demands.of_slot[slot])}
+    exclusive = {slot: of for slot, of in by_slot.items() if slot is not None and len(of) == len(demands.of_slot[slot])}
     values, remaining = dict[SlotKey, SlotValue](), np.full(len(rows), np.inf)
-    if len(own) == len(by_slot) and own.keys().isdisjoint(slots):
-        values = {slot: _centre(demands, slot, of) for slot, of in own.items()}
+    if len(exclusive) == len(by_slot) and exclusive.keys().isdisjoint(slots):
+        values = {slot: _centre(demands, slot, of) for slot, of in exclusive.items()}
         remaining = _off(demands, rows, values)
     most = np.minimum(largest, SHARE * min(remaining.max(), off.max()))
     affine = nearest_law(laws, Allowed(0.0, most.tolist()))

@@ -144,7 +144,7 @@ class Writer:
         for part in parts:
             for request, slot in zip(part.demands.requests, part.demands.slot_of, strict=True):
                 key, origin = request.event.statement.key, request.origin
-                if slot is None or slot not in part.slots or key in part.left:
+                if slot is None or slot not in part.slots or key in part.refused:
                     continue
                 if origin.stands_in_statement and (key, request.role) in elsewhere:
                     continue
@@ -155,7 +155,7 @@ class Writer:
                 if slot not in changes:
                     changes[slot] = self._in_slot(request, slot, part.slots[slot])
             for argument, law in part.offsets.items():
-                if argument[0] not in part.left and argument not in elsewhere:
+                if argument[0] not in part.refused and argument not in elsewhere:
                     changes[argument] = self._around(part, argument, law)
                     places[argument[0]] = "argument"
         return tuple(changes.values()), places
@@ -172,17 +172,17 @@ class Writer:
             return Change(base.spans.source, base.spans.whole, "numbers", request.value)
         now = request.target if root is None else root.target
         moved = _moved(now, value)
-        whole = TargetValue(Pose(moved.trans, moved.rot), moved.robconf, now.extax)
+        target = TargetValue(Pose(moved.trans, moved.rot), moved.robconf, now.extax)
         if slot[0] == "numbers":
             assert base.spans is not None
-            return Change(base.spans.source, base.spans.whole, "numbers", whole)
+            return Change(base.spans.source, base.spans.whole, "numbers", target)
         assert base.handed is not None
         source, span = base.handed.source, base.handed.span
         expression, along = target_expression(source, span, self.program), value.shift
         if expression.in_tool:
             along = Rotation.from_quat(now.rot, scalar_first=True).inv().apply(along)
         x, y, z = np.asarray(along).tolist()
-        return Change(source, span, expression.form or "components", whole, OffsetLaw((x, y, z)))
+        return Change(source, span, expression.form or "components", target, OffsetLaw((x, y, z)))
 
     def _around(self, part: Assignment, argument: ArgumentKey, law: OffsetLaw) -> Change:
         """The change that puts an offset with formula ``law`` around an argument, given by statement and role."""
@@ -194,7 +194,7 @@ class Writer:
 
 def served(assignment: Assignment) -> Set[StatementKey]:
     """Keys of the statements whose correction is written."""
-    return {request.event.statement.key for request in assignment.demands.requests} - assignment.left.keys()
+    return {request.event.statement.key for request in assignment.demands.requests} - assignment.refused.keys()
 
 
 def corrected(parts: Sequence[Assignment]) -> Callable[[Origin, RobTarget], RobTarget]:
