@@ -2,8 +2,7 @@
 
 What the user chose: `options`, `tolerances`. `reading` makes the motion of a program (`path`); `plan` decides what is
 changed: which statements stay (`seams`), what the arm should be told (`correction`), how the program says it (`text`).
-`readback` runs the written text,
-`postures` reads its confdata, `worlds` follows it where run-time data differs, `choices` with the other values that a
-program knows for open data, `judgement` says what came out. `conversion`: all of that in one value. `inspection`: what
-a program moves.
+`readback` runs the written text, `postures` reads its confdata, `worlds` follows it where run-time data differs,
+`choices` with the other values that a program knows for open data, `judgement` says what came out. `conversion`: all of
+that in one value. `inspection`: what a program moves.
 """
