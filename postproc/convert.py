@@ -24,7 +24,7 @@ from postproc.compensation.judgement.dynamics import check_corrected
 from postproc.compensation.judgement.figures import figures_of, worsened
 from postproc.compensation.judgement.outcomes import judge_statements, unknown_outcomes, unmeasured, unproved
 from postproc.compensation.judgement.provenance import doubt_drawn
-from postproc.compensation.judgement.seams import find_seams, partial_seams, unfinished_seams
+from postproc.compensation.judgement.seams import find_seams, uncorrected_seams, unfinished_seams
 from postproc.compensation.options import Options
 from postproc.compensation.path.motion import Motion
 from postproc.compensation.plan import CorrectionPlan, OnController, Planner
@@ -295,7 +295,7 @@ def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tupl
     outcomes = [replace(o, conf_changed=True) if o.statement.key in configured else o for o in outcomes]
     findings += with_advice(unlike, events, program, task.measured)
     seams = find_seams(outcomes, plan, before, after)
-    findings += [*partial_seams(seams, task.options.allow_partial), *unfinished_seams(events)]
+    findings += [*uncorrected_seams(seams, plan), *unfinished_seams(events)]
     findings = [*_sound(findings), *check_choices(model, program, events, text.drafts, plan)]
     limits, more = check_corrected(model.robot, plan, source)
     unseen, lines = unmeasured(outcomes, events, plan)

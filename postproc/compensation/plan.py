@@ -10,23 +10,21 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.compensation.correction.circles import arcs_without_start, spoiled_starts
-from postproc.compensation.correction.curve import (
-    Exact,
-    Transition,
-    commanded_curve,
-    place_targets,
-)
+from postproc.compensation.correction.curve import Exact, Transition, commanded_curve, place_targets
 from postproc.compensation.correction.fewest_targets import Division, Pieces, divide_moves, divided_alike
 from postproc.compensation.correction.reversals import find_reversals
 from postproc.compensation.path.motion import Motion
+from postproc.compensation.reading import why_no_move
+from postproc.compensation.seams import seam_mates
 from postproc.compensation.text.added_targets import TargetAdder, all_numbers
+from postproc.compensation.text.assignment import Assignment
 from postproc.compensation.text.insertions import DivisibleMoves
 from postproc.compensation.text.requests import Requester
 from postproc.compensation.text.values import Change, Insertion, Place
-from postproc.compensation.text.writer import Assigned, Writer
+from postproc.compensation.text.writer import Writer, corrected
 from postproc.compensation.tolerances import division_tolerances, in_scope, path_tolerances
 from postproc.model.arm import Model
-from postproc.rapid.data.events import MotionEvent, StatementKey
+from postproc.rapid.data.events import MotionEvent, StatementKey, executions_of
 from postproc.rapid.program.program import Program
 
 SEARCHED = "a search begins here: with one end of its line corrected it would find another place"
@@ -56,6 +54,7 @@ class CorrectionPlan:
         places: kind of place in the text where the correction of each statement is written.
         left: statements that stay uncorrected, with the reason.
         unasked: those of them that the scope leaves out.
+        seam_mates: those of them that stay since another statement of their seam cannot be corrected.
         on_controller: those of them whose targets a function corrects while the program runs.
         relaxed: moves whose statement gets one correction for runs that need different ones.
         insertions, pieces: statements to add, and how moves are divided by them.
@@ -74,6 +73,7 @@ class CorrectionPlan:
     places: Mapping[StatementKey, Place]
     left: Mapping[StatementKey, str]
     unasked: frozenset[StatementKey]
+    seam_mates: frozenset[StatementKey]
     on_controller: frozenset[StatementKey]
     relaxed: frozenset[int]
     insertions: tuple[Insertion, ...]
@@ -87,9 +87,10 @@ class CorrectionPlan:
     curve: Array
 
     def not_by_numbers(self, program: Program) -> list[StatementKey]:
-        """Keys of motion statements not corrected by changed numbers, without those that the scope leaves out."""
-        corrected = {move.event.statement.key for move in self.motion.moves} - self.left.keys()
-        return [s.key for s in program.statements if s.key not in corrected and s.key not in self.unasked]
+        """Keys of motion statements that changed numbers do not correct, and neither scope nor their seam leaves."""
+        settled = {move.event.statement.key for move in self.motion.moves} - self.left.keys()
+        settled |= self.unasked | self.seam_mates
+        return [s.key for s in program.statements if s.key not in settled]
 
 
 def search_starts(events: Sequence[MotionEvent]) -> dict[StatementKey, str]:
@@ -129,7 +130,6 @@ class Planner:
         self.model, self.motion, self.program = model, motion, program
         self.samples, self.moves = motion.samples, motion.moves
         self.keys = [move.event.statement.key for move in motion.moves]
-        self.time = motion.timeline.at(motion.timeline.t, motion.place)
         self.exact = exact
         self.tolerance = path_tolerances(self.moves, motion.options)
         least = division_tolerances(self.tolerance, motion.options, expected_m)
@@ -138,116 +138,133 @@ class Planner:
         self.writer = Writer(program, events, motion)
         self.divisible = DivisibleMoves(program, self.samples, self.writer.effects)
         self.events = events
-        self.unasked: Mapping[StatementKey, str] = {}
+        scope = in_scope(self.moves, motion.options)
+        within = {key for key, inside in zip(self.keys, scope, strict=True) if inside}
+        self.unasked = frozenset(self.keys) - within
 
     def plan(self) -> CorrectionPlan:
-        """Decide which texts get which corrections and which statements are added.
+        """Decide which texts get which corrections and which statements are added."""
+        # Which statements stay uncorrected is settled before anything is placed.
+        staying, mates, goals = self._settle()
+        stays = {key for key in staying if key in mates or not self._taken(key)}
+        chosen = self._chosen(staying)
 
-        That repeats as long as further statements have to stay uncorrected or further arcs undivided; both sets only
-        grow, so it ends.
-        """
-        left, whole = self._left_by_choice(), dict[int, str]()
-        while True:
-            goals = self.writer.assign(self.requester.goals(self._chosen(left)))
-            if goals.left:
-                left |= goals.left
-                continue
-            placed = self._placed(left, goals)
-            written = place_targets(self.model, self.samples, self.exact, placed)
-            curve, transitions = commanded_curve(self.model, self.samples, self.exact, written, self.time)
-            pieces = self._divided(curve, left, whole)
-            # Where a function works out the points of a divided arc, its circle point stays with that.
-            following = {p.move for p in pieces if p.goals and self._follows_arc(p.move)}
-            parts = [p for p in pieces if p.move not in following]
-            vias = self.writer.assign(self.requester.vias(self._chosen(left), written, curve, parts), goals)
-            keys = {self.keys[i] for i in following}
-            adder = TargetAdder(self.requester, curve, self.program, self.writer.corrected([goals, vias]))
-            added = adder.add(pieces, 1e3 * self.division.tolerance)
-            changes, places = self.writer.changes([goals, vias.without({(key, "via") for key in keys})])
-            stays = {i: shift for i, shift in placed.items() if not shift.any()}
-            must_stay = {key: why for key, why in vias.left.items() if key not in keys}
-            must_stay |= spoiled_starts(self.motion, self.exact, written, stays)
-            arcs = {i: why for i, why in added.refused.items() if self.samples.curves.arc[i]}
-            if must_stay.keys() <= left.keys() and arcs.keys() <= whole.keys():
-                break
-            left, whole = left | must_stay, whole | arcs
-        least = self.motion.options.tolerance_m / 2
-        transitions += find_reversals(self.model, self.samples, curve, self.time, least)
+        # The commanded curves lead through the targets as they are written; further targets divide them.
+        placed = self.writer.placed(goals, self.exact)
+        placed |= {i: np.zeros(6) for i, key in enumerate(self.keys) if key in stays}
+        written = place_targets(self.model, self.samples, self.exact, placed)
+        time = self.motion.timeline.at(self.motion.timeline.t, self.motion.place)
+        curve, transitions = commanded_curve(self.model, self.samples, self.exact, written, time)
+        pieces = self._divided(curve, staying, {})
+
+        # Circle points come next, then the added targets: these are expressions of the targets as they are written.
+        vias = self._circle_points(chosen, goals, written, curve, pieces)
+        adder = TargetAdder(self.requester, curve, self.program, corrected([goals, vias]))
+        added = adder.add(pieces, 1e3 * self.division.tolerance)
+        arcs = {i: why for i, why in added.refused.items() if self.samples.curves.arc[i]}
+        if arcs:
+            pieces = self._divided(curve, staying, arcs)
+            vias = self._circle_points(chosen, goals, written, curve, pieces)
+        replaced = {(self.keys[i], "via") for i in self._following(pieces)}
+        changes, places = self.writer.changes([goals, vias], replaced)
         changes += tuple({change.span: change for change in added.circle_points.values()}.values())
+
+        least = self.motion.options.tolerance_m / 2
+        transitions += find_reversals(self.model, self.samples, curve, time, least)
         relaxed = goals.relaxed | vias.relaxed
         return CorrectionPlan(
-            self.motion,
-            written,
-            changes,
-            places,
-            left,
-            frozenset(self.unasked),
-            frozenset(key for key in left if self._taken(key)),
-            frozenset(i for i, key in enumerate(self.keys) if key in relaxed),
-            tuple(added.insertions),
-            tuple(p for p in pieces if p.move not in added.refused),
-            tuple(transitions),
-            {**added.refused, **whole},
-            self.divisible.why_not,
-            self.tolerance,
-            self.division.tolerance,
-            self.expected_m,
-            curve,
+            motion=self.motion,
+            exact=written,
+            changes=changes,
+            places=places,
+            left=staying,
+            unasked=self.unasked,
+            seam_mates=mates,
+            on_controller=frozenset(staying) - stays,
+            relaxed=frozenset(i for i, key in enumerate(self.keys) if key in relaxed),
+            insertions=tuple(added.insertions),
+            pieces=tuple(p for p in pieces if p.move not in added.refused or not p.goals),
+            transitions=tuple(transitions),
+            refused=added.refused,
+            why_whole=self.divisible.why_not,
+            path_tolerance=self.tolerance,
+            division_tolerance=self.division.tolerance,
+            expected_m=self.expected_m,
+            curve=curve,
         )
 
-    def _left_by_choice(self) -> dict[StatementKey, str]:
-        """Statements that stay uncorrected whatever their correction is, with the reason.
+    def _settle(self) -> tuple[dict[StatementKey, str], frozenset[StatementKey], Assignment]:
+        """Statements that stay uncorrected, with the reason; those that stay with their seam; what goals are written.
 
-        They are out of scope, come before a search, are arcs with an unknown start, or are left to a function on the
-        controller.
+        Numbers that a statement which stays shares with others must not change, its seam stays with it, and so may the
+        start of an arc. That is followed until nothing more stays; without such a statement nothing is done twice.
         """
-        scope = in_scope(self.moves, self.motion.options)
-        within = {key for key, inside in zip(self.keys, scope, strict=True) if inside}
-        self.unasked = {key: OUT_OF_SCOPE for key in self.keys if key not in within}
-        left = {**self.unasked, **search_starts(self.events), **arcs_without_start(self.motion)}
+        staying = {**dict.fromkeys(self.unasked, OUT_OF_SCOPE), **search_starts(self.events)}
+        staying |= arcs_without_start(self.motion)
         if self.on_controller.everything:
-            left |= {key: ON_CONTROLLER for key in within if key not in left and self.on_controller.takes(key)}
-        return left
+            staying |= {key: ON_CONTROLLER for key in self.keys if key not in staying and self._taken(key)}
+        mates: dict[StatementKey, str] = {}
+        while True:
+            if not self.motion.options.allow_partial:
+                mates |= self._seam_mates({key: why for key, why in staying.items() if key not in mates})
+                staying |= mates
+            chosen = self._chosen(staying)
+            goals = self.writer.assign(self.requester.goals(chosen))
+            vias = self.writer.assign(self.requester.vias(chosen, self.exact, self.exact.T_work_tcp, ()), goals)
+            stays = {i for i, key in enumerate(self.keys) if key in mates or (key in staying and not self._taken(key))}
+            further = {**spoiled_starts(self.motion, self.exact, stays), **vias.refused, **goals.refused}
+            if further.keys() <= staying.keys():
+                return staying, frozenset(mates), goals
+            staying |= further
 
-    def _chosen(self, left: Mapping[StatementKey, str]) -> list[int]:
-        """Indices of the moves whose statements are not in ``left``."""
-        return [i for i, key in enumerate(self.keys) if key not in left]
+    def _seam_mates(self, staying: Mapping[StatementKey, str]) -> dict[StatementKey, str]:
+        """Weld statements that stay since another one of their seam is in ``staying``, or its target is not known."""
+        moving, runs = {*self.keys}, executions_of(self.events)
+        lost = {key: why for key, why in staying.items() if key not in self.unasked and not self._taken(key)}
+        statements = [s for s in self.program.statements if not s.source.read_only]
+        for s in statements:
+            if s.signature.phase and s.key not in moving and not self._taken(s.key):
+                lost[s.key] = why_no_move([self.events[row] for row in runs.get(s.key, ())])
+        return seam_mates(lost, statements)
 
-    def _divided(self, curve: Array, left: Mapping[StatementKey, str], whole: Mapping[int, str]) -> list[Pieces]:
+    def _chosen(self, staying: Mapping[StatementKey, str]) -> list[int]:
+        """Indices of the moves whose statements are not in ``staying``."""
+        return [i for i, key in enumerate(self.keys) if key not in staying]
+
+    def _circle_points(
+        self, chosen: Sequence[int], goals: Assignment, written: Exact, curve: Array, pieces: Sequence[Pieces]
+    ) -> Assignment:
+        """What is written for the circle points of the chosen moves, between goals that are placed already.
+
+        Where a function works out the points of a divided arc, its circle point is that of the whole arc.
+
+        Args:
+            curve: (n, 4, 4) commanded poses.
+        """
+        following = self._following(pieces)
+        parts = [p for p in pieces if p.move not in following]
+        return self.writer.assign(self.requester.vias(chosen, written, curve, parts), goals, anyway=True)
+
+    def _following(self, pieces: Sequence[Pieces]) -> set[int]:
+        """Divided arcs whose added points are expressions of start, circle point and goal, as not all are numbers."""
+        events = [move.event for move in self.moves]
+        arcs = (p.move for p in pieces if p.goals and events[p.move].via is not None)
+        return {i for i in arcs if not all_numbers(events[i], events[i - 1])}
+
+    def _divided(self, curve: Array, staying: Mapping[StatementKey, str], undivided: Mapping[int, str]) -> list[Pieces]:
         """How moves are divided; all runs of a statement are divided at the same fractions.
 
         Args:
             curve: (n, 4, 4) commanded poses.
-            left: statements that stay uncorrected; nothing is added before them.
-            whole: moves that must not be divided, with the reason.
+            staying: statements that stay uncorrected; nothing is added before them.
+            undivided: moves that must not be divided, with the reason.
         """
 
         def divisible(i: int) -> bool:
             """Whether move i may be divided."""
-            return i not in whole and self.keys[i] not in left and not self.divisible.why_not(i)
+            return i not in undivided and self.keys[i] not in staying and not self.divisible.why_not(i)
 
         return divided_alike(self.samples, divide_moves(self.division, curve, divisible), divisible)
-
-    def _follows_arc(self, i: int) -> bool:
-        """Whether added points of arc i are written as expressions of its start, circle point and goal.
-
-        That is so if these three are not all stated as numbers in the text.
-        """
-        event = self.moves[i].event
-        return event.via is not None and not all_numbers(event, self.moves[i - 1].event)
-
-    def _placed(self, left: Mapping[StatementKey, str], goals: Assigned) -> dict[int, Array]:
-        """By move, the shift (6,) [m], [rad] of targets that are not where the correction wants them, in work axes.
-
-        It is zero for statements that stay uncorrected, but not for those that a function on the controller corrects.
-
-        Args:
-            left: statements that are not corrected by changed numbers.
-            goals: what is written for the goals.
-        """
-        stays = {key for key in left if not self._taken(key)}
-        placed = self.writer.placed(goals, self.exact)
-        return placed | {i: np.zeros(6) for i, key in enumerate(self.keys) if key in stays}
 
     def _taken(self, key: StatementKey) -> bool:
         """Whether a function on the controller can correct a statement, and the scope includes it."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence, Set
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,12 +15,13 @@ from postproc.compensation.options import Options
 from postproc.compensation.path.motion import Motion, motion_of
 from postproc.compensation.path.samples import Samples
 from postproc.compensation.path.timeline import SWIFT, plan_timeline
+from postproc.compensation.seams import seam_mates
 from postproc.diagnostics import Diagnostic, Matter, PostprocError, has_errors
 from postproc.model.arm import Model
 from postproc.motion.findings import once
 from postproc.motion.path.moves import read_moves
 from postproc.motion.values import Move, goal_axes
-from postproc.rapid.data.events import MotionEvent, StatementKey
+from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.data.records import RobTarget
 from postproc.rapid.execution.walk import forgiven
 from postproc.rapid.program.program import Program
@@ -146,30 +147,16 @@ def without_impossible(
     }
     if not bad or any(d.source is None or d.span is None for d in errors):
         return list(events), []
-    beside = _seams_of(bad, events) - bad
-    left = [_without_target(e, IMPOSSIBLE) if e.statement.key in bad else e for e in events]
-    left = [_without_target(e, IN_SEAM) if e.statement.key in beside and e.reason is None else e for e in left]
-    return left, [forgiven(d) for d in findings]
+    in_text = sorted({e.statement.key: e.statement for e in events}.values(), key=lambda s: (s.source.path, s.span))
+    mates = seam_mates(dict.fromkeys(bad, OUT_OF_REACH), in_text)
+    known = [_without_target(e, IMPOSSIBLE) if e.statement.key in bad else e for e in events]
+    known = [_without_target(e, IN_SEAM) if e.statement.key in mates and e.reason is None else e for e in known]
+    return known, [forgiven(d) for d in findings]
 
 
 def _without_target(event: MotionEvent, why: Unknown) -> MotionEvent:
     """The event without its target, for that reason."""
     return replace(event, target=None, via=None, reason=why.reason, unknowns=(why,))
-
-
-def _seams_of(keys: Set[StatementKey], events: Sequence[MotionEvent]) -> set[StatementKey]:
-    """Keys of all statements of the seams, by the order of the run, to which some statements belong."""
-    found: set[StatementKey] = set()
-    seam: list[StatementKey] = []
-    for event in (e for e in events if e.resumes_from is None):
-        phase = event.statement.signature.phase
-        if phase in ("", "start"):
-            seam = []
-        if phase:
-            seam.append(event.statement.key)
-            if not keys.isdisjoint(seam):
-                found.update(seam)
-    return found
 
 
 def few_ways(events: Sequence[MotionEvent], findings: Sequence[Diagnostic]) -> bool:
@@ -221,6 +208,12 @@ def no_known_target(
     help_ = measured or (run_time if reachable else sets or "`postproc inspect` has the reason of every statement")
     source, span = (own[0].statement.source, own[0].statement.span) if own else (program.sources[0], None)
     return Diagnostic("CMP003", "error", text, source, span, why + help_)
+
+
+def why_no_move(runs: Sequence[MotionEvent]) -> str:
+    """Why a statement with these executions makes no move of the arm whose target is known."""
+    reason = next((event.reason for event in runs if event.reason), None)
+    return reason or (OUT_OF_REACH if runs else "the program never gets here")
 
 
 def _of_statement(event: MotionEvent, findings: Sequence[Diagnostic]) -> Diagnostic | None:

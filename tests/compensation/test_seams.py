@@ -20,19 +20,61 @@ def convert(data: bytes, **options: object) -> Conversion:
     return compensate_program(Source("hull.mod", data), default_model(), settings)
 
 
-def test_a_typing_error_in_a_seam_keeps_the_program_from_being_written() -> None:
-    found = convert(HULL.replace(b"ArcL pSeam40", b"ArcL pSeam4o"))
-    partial = [d for d in found.diagnostics if d.code == "CMP020"]
-    assert found.exit_code == 1 and not found.outputs
-    assert [d.severity for d in partial] == ["error"]
-    assert "pSeam4o" in partial[0].message
+MISTYPED = HULL.replace(b"ArcL pSeam40", b"ArcL pSeam4o")
 
 
-def test_a_partial_seam_is_written_where_that_is_asked_for() -> None:
-    found = convert(HULL.replace(b"ArcL pSeam40", b"ArcL pSeam4o"), allow_partial=True)
+def test_a_seam_with_a_typing_error_stays_as_it_is() -> None:
+    """Its targets keep their numbers; what is derived from them in the air is corrected in its own amounts."""
+    found = convert(MISTYPED)
+    (stop,) = [d for d in found.diagnostics if d.code == "CMP020"]
+    assert found.exit_code == 0 and stop.severity == "warning" and "pSeam4o" in stop.message
+    assert "--allow-partial" in stop.help
+    seam = [line for line in MISTYPED.splitlines() if b"ArcL" in line or b"robtarget pSeam" in line]
+    assert set(seam) <= set(found.output.splitlines())  # type: ignore[union-attr]
+    (line,) = [i for i, text in enumerate(MISTYPED.splitlines(), 1) if b"pSeam4o" in text]
+    welds = [o for o in found.outcomes if o.statement.signature.phase]
+    assert {o.status for o in welds} == {"skipped"}
+    assert sum(f"for line {line} cannot be corrected: `pSeam4o`" in str(o.reason) for o in welds) == len(welds) - 1
+    assert sum(d.code == "CMP005" for d in found.diagnostics) == 1
+    assert {o.status for o in found.outcomes if o not in welds} == {"compensated", "unchanged"}
+
+
+def test_a_seam_is_corrected_in_part_where_that_is_asked_for() -> None:
+    found = convert(MISTYPED, allow_partial=True)
     assert found.exit_code == 0 and found.outputs
     assert [d.severity for d in found.diagnostics if d.code == "CMP020"] == ["warning"]
     assert found.report["welds"][0]["left"] == 1
+
+
+SEAMS = """MODULE Two
+  PERS tooldata tT:=[TRUE,[[0,0,350],[1,0,0,0]],[5,[0,0,120],[1,0,0,0],0,0,0]];
+  PERS seamdata sm:=[0.3,0.2,[0,0,24,8,0,0,0,0,0],0,0,0,0,0,[0,0,0,0,0,0,0,0,0],0,0.3,[0,0,22,6.5,0,0,0,0,0],0,0,[0,0,0,0,0,0,0,0,0],0.5];
+  PERS welddata wd:=[9,0,[0,0,26,9,0,0,0,0,0],[0,0,0,0,0,0,0,0,0]];
+  CONST robtarget pMeet:=[[1300,-430,700],[0.300294,-0.015738,0.95241,0.049914],[-1,0,-1,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  CONST robtarget pOne:=[[1300,-500,700],[0.300294,-0.015738,0.95241,0.049914],[-1,0,-1,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  CONST robtarget pTwo:=[[1300,-330,700],[0.300294,-0.015738,0.95241,0.049914],[-1,0,-1,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  PROC main()
+    MoveJ Offs(pOne,0,0,60),v300,z5,tT;
+    ArcLStart pOne,v100,sm,wd,fine,tT;
+    ArcL pTypo,v100,sm,wd,z1,tT;
+    ArcLEnd pMeet,v100,sm,wd,fine,tT;
+    MoveL Offs(pMeet,0,0,60),v300,z5,tT;
+    ArcLStart pMeet,v100,sm,wd,fine,tT;
+    ArcLEnd pTwo,v100,sm,wd,fine,tT;
+  ENDPROC
+ENDMODULE
+"""
+
+
+def test_a_target_of_two_seams_of_which_one_stays_is_displaced_in_the_other() -> None:
+    """The seam that stays keeps its number; the other one is as exact as if it had a target of its own."""
+    found = convert(SEAMS.encode())
+    written = (found.output or b"").decode()
+    assert [o.status for o in found.outcomes] == [*["compensated"], *["skipped"] * 3, *["compensated"] * 3]
+    assert "ArcLStart pOne," in written and "ArcLEnd pMeet," in written and "ArcLStart Offs(pMeet," in written
+    (stays, corrected) = found.report["welds"]
+    assert stays["left"] == 3 and corrected["left"] == 0
+    assert corrected["before_mm"] > 1.0 and corrected["after_mm"] < 0.1
 
 
 def test_the_seam_is_told_by_its_lines() -> None:

@@ -7,7 +7,7 @@ is laid on the circle through start and goal as they are written and the middle 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Set
 
 import numpy as np
 
@@ -34,30 +34,28 @@ def arcs_without_start(motion: Motion) -> dict[StatementKey, str]:
     }
 
 
-def spoiled_starts(
-    motion: Motion, exact: Exact, written: Exact, shifts: Mapping[int, Array]
-) -> dict[StatementKey, str]:
+def spoiled_starts(motion: Motion, exact: Exact, stays: Set[int]) -> dict[StatementKey, str]:
     """Statements to leave uncorrected, with the reason: an arc that stays as it is begins at their target.
 
     They are left if their correction takes that arc more than 25 % farther off its commanded curve.
 
     Args:
         exact: correction at every sample, with all targets corrected.
-        written: the correction with the targets that the text can have, from ``place_targets``.
-        shifts: by move, the shift (6,) of a target that is not where the correction wants it, zero if it stays as is.
+        stays: indices of the moves that stay uncorrected.
     """
     samples = motion.samples
-    found: dict[StatementKey, str] = {}
-    for i in np.flatnonzero(samples.curves.arc).tolist():
+    spoiled: dict[StatementKey, str] = {}
+    for i in sorted(i for i in stays if samples.curves.arc[i] and i - 1 not in stays):
         via = motion.moves[i].T_work_via
-        if via is None or i not in shifts or shifts[i].any() or (i - 1 in shifts and not shifts[i - 1].any()):
+        if via is None or motion.moves[i].first:
             continue
         wanted = exact.T_work_tcp[samples.start[i] : samples.goal[i] + 1, :3, 3]
-        start, goal = ends_of(samples, written, i)
-        now, before = (circle_gaps(wanted, p, via[:3, 3], goal).max() for p in (start, samples.curves.start[i]))
+        goal = samples.T_work_tcp[samples.goal[i], :3, 3]
+        starts = ends_of(samples, exact, i)[0], samples.curves.start[i]
+        now, before = (circle_gaps(wanted, start, via[:3, 3], goal).max() for start in starts)
         if now > WORSE_CIRCLE * before:
-            found[motion.moves[i - 1].event.statement.key] = BEFORE
-    return found
+            spoiled[motion.moves[i - 1].event.statement.key] = BEFORE
+    return spoiled
 
 
 def ends_of(samples: Samples, written: Exact, i: int) -> tuple[Array, Array]:

@@ -21,7 +21,7 @@ from postproc.compensation.judgement.transitions import (
 )
 from postproc.compensation.options import TOLERANCE_M
 from postproc.compensation.plan import CorrectionPlan
-from postproc.compensation.reading import OUT_OF_REACH
+from postproc.compensation.reading import why_no_move
 from postproc.compensation.text.values import UNCHANGED_MM, UNCHANGED_RAD, StatementOutcome, Status
 from postproc.compensation.tolerances import goal_tolerances
 from postproc.diagnostics import Diagnostic, Matter
@@ -35,17 +35,17 @@ from postproc.robot.pose import pose_error
 UNKNOWN_START = "where the arm comes from is not known: it is corrected at its target alone"
 SOMETIMES = "where the arm comes from is not known in some of its runs: there it is corrected at its target alone"
 SHARED = "its runs need different corrections and get the middle of them"
-MORE = "a finer zone or a shorter move leaves room for added targets"
+FINER_ZONE = "a finer zone or a shorter move leaves room for added targets"
 INERTIA = "`--inertia off` shows what acceleration makes of it"
 LENT_START = (
     "the arm comes from a target of a file that is only read along and stays as it is: convert both together"
     " (`postproc batch`)"
 )
 STAYING_START = "the arm comes from a target that stays as it is: see the finding there"
-BESIDE = "what is corrected beside it begins or ends here: check the path around this statement"
+CHECK_AROUND = "what is corrected beside it begins or ends here: check the path around this statement"
 FOLLOWS = "it follows the target that it is derived from"
 JOINT_TARGET = "a joint target states joint angles, not a place: it is left as it is"
-BESIDE_ARM = "it does not move the arm"
+NO_ARM_MOTION = "it does not move the arm"
 ENDS = "its ends are corrected on the controller, and the way between them follows those"
 
 
@@ -66,41 +66,27 @@ def judge_statements(
         after: deviation of the written program, by sample and by move.
         on_controller: statements that a function corrects while the program runs: ``run_time`` in place of ``skipped``.
     """
-    path, goal = plan.path_tolerance, goal_tolerances(plan.motion.moves, plan.motion.options)
     moves = {move.row: i for i, move in enumerate(plan.motion.moves)}
     runs = executions_of(events)
-    passing = in_transition(plan, after)
+    own, passing = own_moves(plan), in_transition(plan, after)
     worst, shifts = after.largest_of_moves(after.space & after.steady & ~passing), correction_sizes(plan)
     at_goal = np.where(after.goal_steady & ~for_the_next(plan), after.goal_distance, 0.0)
+    tolerances = plan.path_tolerance, goal_tolerances(plan.motion.moves, plan.motion.options)
     outcomes: list[StatementOutcome] = []
     findings: list[Diagnostic] = []
-    own = own_moves(plan)
     for statement in program.statements:
-        indices = runs.get(statement.key, [])
-        rows = [moves[i] for i in indices if i in moves and own[moves[i]]]
+        executions = [events[row] for row in runs.get(statement.key, [])]
+        rows = [moves[row] for row in runs.get(statement.key, []) if row in moves]
         if not statement.source.read_only:
-            every = [moves[i] for i in indices if i in moves]
-            outcome = _outcome(statement, [events[i] for i in indices], every, plan, after=after, shifts=shifts)
+            outcome = _outcome(statement, executions, rows, plan, after=after, shifts=shifts)
             if outcome.status == "skipped" and statement.key in on_controller:
                 outcome = replace(outcome, status="run_time", shift_mm=None, edited="function")
             outcomes.append(outcome)
-            if statement.interpolation == "absjoint":
+            if outcome.status == "skipped" and statement.key not in plan.seam_mates:
+                findings += _uncorrected(outcome, executions)
+            if outcome.status == "skipped" or statement.interpolation == "absjoint":
                 continue
-            if outcome.status == "skipped":
-                if statement.interpolation != "none":
-                    text = f"left as it is: {outcome.reason}"
-                    first = next((set_first(events[i].unknowns) for i in indices if events[i].reason), None)
-                    findings.append(_left(statement, text, first or BESIDE))
-                continue
-        over = [i for i in rows if worst[i] > path[i] or at_goal[i] > goal[i]]
-        if over:
-            farthest = max(over, key=lambda i: max(worst[i], at_goal[i]))
-            on_the_way = worst[farthest] > path[farthest] and worst[farthest] > at_goal[farthest]
-            what = "the path to this target" if on_the_way else "this target itself"
-            off, most = (worst, path) if on_the_way else (at_goal, goal)
-            text = f"{what} stays {1e3 * off[farthest]:.3f} mm off, tolerance {1e3 * most[farthest]:g} mm"
-            why, stays = _why(plan, rows, farthest, on_the_way), 1e3 * float(off[farthest])
-            findings.append(finding("CMP006", "warning", statement, text, why, matter=Matter.OFF, length_mm=stays))
+        findings += _beyond_tolerance(plan, [i for i in rows if own[i]], (worst, at_goal), tolerances)
     unseen, lines = unmeasured(outcomes, events, plan)
     if 0 < unseen == lines:
         text = "no line or arc could be measured: where they begin or end, or the load, is known only at run time"
@@ -108,6 +94,40 @@ def judge_statements(
     findings += _searched_findings(outcomes, events) + transition_findings(plan)
     findings += transient_finding(plan, after, own[after.owner] & ~passing)
     return outcomes, findings
+
+
+def _uncorrected(outcome: StatementOutcome, runs: Sequence[MotionEvent] = ()) -> list[Diagnostic]:
+    """CMP005, a warning: a statement that moves the arm stays uncorrected.
+
+    Args:
+        runs: its executions; data that nothing sets before one of them is the advice.
+    """
+    if outcome.statement.interpolation == "none":
+        return []
+    advice = next((set_first(event.unknowns) for event in runs if event.reason), None) or CHECK_AROUND
+    text = f"left as it is: {outcome.reason}"
+    return [finding("CMP005", "warning", outcome.statement, text, advice, matter=Matter.LEFT)]
+
+
+def _beyond_tolerance(
+    plan: CorrectionPlan, rows: Sequence[int], off: tuple[Array, Array], tolerances: tuple[Array, Array]
+) -> list[Diagnostic]:
+    """CMP006, a warning, if one of the moves of a statement stays beyond its tolerance: by how much, and why.
+
+    Args:
+        rows: its moves.
+        off, tolerances: (m,) deviation of every move on its way and at its goal [m], and what is allowed there [m].
+    """
+    over = [i for i in rows if any(values[i] > most[i] for values, most in zip(off, tolerances, strict=True))]
+    if not over:
+        return []
+    i = max(over, key=lambda i: max(values[i] for values in off))
+    on_the_way = bool(off[0][i] > tolerances[0][i] and off[0][i] > off[1][i])
+    what = "the path to this target" if on_the_way else "this target itself"
+    remaining, most = (1e3 * float(values[0 if on_the_way else 1][i]) for values in (off, tolerances))
+    text, why = f"{what} stays {remaining:.3f} mm off, tolerance {most:g} mm", _why(plan, rows, i, on_the_way)
+    statement = plan.motion.moves[i].event.statement
+    return [finding("CMP006", "warning", statement, text, why, matter=Matter.OFF, length_mm=remaining)]
 
 
 def _why(plan: CorrectionPlan, rows: Sequence[int], farthest: int, on_the_way: bool) -> str:
@@ -131,9 +151,9 @@ def _why(plan: CorrectionPlan, rows: Sequence[int], farthest: int, on_the_way: b
         return LENT_START
     if on_the_way and key in plan.left:
         return STAYING_START
-    whole = next((why for i in rows if (why := plan.refused.get(i) or plan.why_whole(i))), None)
-    if whole is not None:
-        return f"no target was added: {whole}"
+    undivided = next((why for i in rows if (why := plan.refused.get(i) or plan.why_whole(i))), None)
+    if undivided is not None:
+        return f"no target was added: {undivided}"
     path, least = float(plan.path_tolerance[farthest]), float(plan.division_tolerance[farthest])
     if on_the_way and least > path:
         division = Division.of(plan.motion.samples, plan.path_tolerance, plan.motion.steady())
@@ -144,7 +164,7 @@ def _why(plan: CorrectionPlan, rows: Sequence[int], farthest: int, on_the_way: b
                 f"{targets} would leave {1e3 * remaining:.2f} mm, and {1e3 * plan.expected_m:.2f} mm are expected to"
                 f" remain on the arm anyway; a `--tolerance` below {1e3 * TOLERANCE_M:g} mm adds {them} all the same"
             )
-    return f"{MORE}; {INERTIA}" if plan.motion.options.inertia else MORE
+    return f"{FINER_ZONE}; {INERTIA}" if plan.motion.options.inertia else FINER_ZONE
 
 
 def _outcome(
@@ -165,33 +185,31 @@ def _outcome(
         shifts: (m, 2) correction at the goals of all moves [m], [rad].
     """
     if statement.interpolation == "none":
-        return StatementOutcome(statement, "skipped", BESIDE_ARM)
-    reason = next((event.reason for event in runs if event.reason), None)
+        return StatementOutcome(statement, "skipped", NO_ARM_MOTION)
+    uncorrected = plan.left.get(statement.key)
     if not rows:
-        return StatementOutcome(
-            statement, "skipped", reason or (OUT_OF_REACH if runs else "the program never gets here")
-        )
-    residual = 1e3 * max(float(after.goal_distance[i]) for i in rows)
+        return StatementOutcome(statement, "skipped", uncorrected or why_no_move(runs))
+    reason = next((event.reason for event in runs if event.reason), None)
+    residual = round(1e3 * max(float(after.goal_distance[i]) for i in rows), 5)
     if statement.interpolation == "absjoint":
-        return StatementOutcome(statement, "unchanged", JOINT_TARGET, 0.0, round(residual, 5))
-    refused = plan.left.get(statement.key)
-    if refused is not None:
+        return StatementOutcome(statement, "unchanged", JOINT_TARGET, 0.0, residual)
+    if uncorrected is not None:
         status: Status = "unchanged" if statement.key in plan.unasked else "skipped"
-        why = f"{refused}: in one of its runs {reason}" if reason and status == "skipped" else refused
-        return StatementOutcome(statement, status, why, 0.0, round(residual, 5))
+        why = f"{uncorrected}: in one of its runs {reason}" if reason and status == "skipped" else uncorrected
+        return StatementOutcome(statement, status, why, 0.0, residual)
     shift, angle = 1e3 * max(float(shifts[i, 0]) for i in rows), max(float(shifts[i, 1]) for i in rows)
     if shift < UNCHANGED_MM and angle < UNCHANGED_RAD:
         why = "the correction is below the last decimal"
-        return StatementOutcome(statement, "unchanged", why, round(shift, 5), round(residual, 5))
+        return StatementOutcome(statement, "unchanged", why, round(shift, 5), residual)
     edited = plan.places.get(statement.key)
-    moves = plan.motion.moves
-    begun = [_begins_anywhere(moves[i]) for i in rows]
-    if any(begun):
-        reason = reason or (UNKNOWN_START if all(begun) else SOMETIMES)
-    if not plan.relaxed.isdisjoint(rows):
+    begun = [_begins_anywhere(plan.motion.moves[i]) for i in rows]
+    if edited == "derived":
+        reason = FOLLOWS
+    elif not plan.relaxed.isdisjoint(rows):
         reason = SHARED
-    reason = FOLLOWS if edited == "derived" else reason
-    return StatementOutcome(statement, "compensated", reason, round(shift, 4), round(residual, 5), edited)
+    elif any(begun):
+        reason = reason or (UNKNOWN_START if all(begun) else SOMETIMES)
+    return StatementOutcome(statement, "compensated", reason, round(shift, 4), residual, edited)
 
 
 def unknown_outcomes(
@@ -204,26 +222,20 @@ def unknown_outcomes(
         on_controller: statements that a function corrects while the program runs.
     """
     runs = executions_of(events)
-    outcomes, findings = [], []
+    outcomes: list[StatementOutcome] = []
+    findings: list[Diagnostic] = []
     for statement in (s for s in program.statements if not s.source.read_only):
-        indices = runs.get(statement.key, [])
-        reason = next((events[i].reason for i in indices if events[i].reason), None)
+        executions = [events[row] for row in runs.get(statement.key, [])]
         if statement.key in on_controller:
+            reason = next((event.reason for event in executions if event.reason), None)
             outcomes.append(StatementOutcome(statement, "run_time", reason, edited="function"))
-            continue
-        if statement.interpolation == "absjoint":
+        elif statement.interpolation == "absjoint":
             outcomes.append(StatementOutcome(statement, "unchanged", JOINT_TARGET))
-            continue
-        beside = BESIDE_ARM if statement.interpolation == "none" else None
-        outcomes.append(StatementOutcome(statement, "skipped", beside or reason or "the program never gets here"))
-        if beside is None:
-            findings.append(_left(statement, f"left as it is: {outcomes[-1].reason}", BESIDE))
+        else:
+            why = NO_ARM_MOTION if statement.interpolation == "none" else why_no_move(executions)
+            outcomes.append(StatementOutcome(statement, "skipped", why))
+            findings += _uncorrected(outcomes[-1])
     return outcomes, findings
-
-
-def _left(statement: MotionStatement, text: str, help_: str) -> Diagnostic:
-    """CMP005, a warning: the statement stays uncorrected, for the reason in ``text``."""
-    return finding("CMP005", "warning", statement, text, help_, matter=Matter.LEFT)
 
 
 def unproved(outcomes: Sequence[StatementOutcome], events: Sequence[MotionEvent], plan: CorrectionPlan) -> int:
@@ -248,8 +260,8 @@ def unmeasured(
 ) -> tuple[int, int]:
     """Number of lines and arcs whose deviation is in no figure, as an end is unknown, and number of all of them."""
     run = {e.statement.key for e in events if e.statement.interpolation in ("line", "arc")}
-    mine = itertools.compress(plan.motion.moves, own_moves(plan))
-    own = run & ({o.statement.key for o in outcomes} | {move.event.statement.key for move in mine})
+    moves = itertools.compress(plan.motion.moves, own_moves(plan))
+    own = run & ({o.statement.key for o in outcomes} | {move.event.statement.key for move in moves})
     return len(own - _measured(plan)), len(own)
 
 
@@ -271,12 +283,12 @@ def _searched_findings(outcomes: Sequence[StatementOutcome], events: Sequence[Mo
     searched = {e.statement.key for e in events if e.searched}
     corrected = (o for o in outcomes if o.status == "compensated" and o.statement.key in searched)
     findings = []
-    for found in grouped(((o.statement.module, o.statement.routine), o) for o in corrected).values():
-        most = max(outcome.shift_mm or 0.0 for outcome in found)
+    for group in grouped(((o.statement.module, o.statement.routine), o) for o in corrected).values():
+        most = max(outcome.shift_mm or 0.0 for outcome in group)
         text = (
-            f"`{found[0].statement.routine}` is corrected, by up to {most:.3f} mm, and also runs displaced by what a"
+            f"`{group[0].statement.routine}` is corrected, by up to {most:.3f} mm, and also runs displaced by what a"
             " search has found: measured from a stated position, that holds the error of the arm and is corrected twice"
         )
         help_ = "give the runs that go with the search a routine of their own, or find both positions by searches"
-        findings.append(finding("CMP018", "warning", found[0].statement, text, help_, length_mm=most))
+        findings.append(finding("CMP018", "warning", group[0].statement, text, help_, length_mm=most))
     return findings

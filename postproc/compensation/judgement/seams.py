@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from postproc.compensation.correction.deviation import Deviation
 from postproc.compensation.judgement.transitions import finding, in_transition
 from postproc.compensation.plan import CorrectionPlan
+from postproc.compensation.seams import seams_of
 from postproc.compensation.text.values import StatementOutcome
-from postproc.diagnostics import Diagnostic, Severity
+from postproc.diagnostics import Diagnostic
 from postproc.grouping import grouped
 from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey
 
@@ -54,30 +55,37 @@ def find_seams(
     stays = after.largest_of_moves(after.space & after.steady & ~passing)
     added = grouped((insertion.statement.key, insertion) for insertion in plan.insertions)
     seams = []
-    for group in _groups(outcomes):
-        keys = [o.statement.key for o in group]
+    by_key = {o.statement.key: o for o in outcomes}
+    for statements in seams_of(o.statement for o in outcomes):
+        keys = [statement.key for statement in statements]
         burning = [i for key in keys for i in rows.get(key, ())]
         known = [i for i in burning if not moves[i].first]
         length = sum(float(samples.curves.length[rows[key][0]]) for key in keys if key in rows)
         now, then = (round(1e3 * float(max(worst[i] for i in known)), 5) if known else None for worst in (was, stays))
         count = sum(len(added.get(key, ())) for key in keys[1:])
-        seams.append(Seam(group[0].statement.routine, tuple(group), 1e3 * length, now, then, count))
+        group = tuple(by_key[key] for key in keys)
+        seams.append(Seam(statements[0].routine, group, 1e3 * length, now, then, count))
     return seams
 
 
-def partial_seams(seams: Sequence[Seam], allowed: bool) -> list[Diagnostic]:
-    """CMP020 at weld statements that stay uncorrected in a seam that is otherwise corrected, which makes a step.
+def uncorrected_seams(seams: Sequence[Seam], plan: CorrectionPlan) -> list[Diagnostic]:
+    """CMP020, a warning, at weld statements that cannot be corrected while others of their seam can.
 
-    It is an error, or a warning if such seams are allowed.
+    The whole seam then stays as it is, unless parts of seams may be corrected: that makes a step.
     """
-    severity: Severity = "warning" if allowed else "error"
     findings = []
     for seam in seams:
-        if any(o.status in ("compensated", "run_time") for o in seam.outcomes):
-            for outcome in seam.left:
-                text = f"this weld statement would stay uncorrected in a corrected seam: {outcome.reason}"
-                help_ = "mend what is said, or take the step at both its ends: `--allow-partial`"
-                findings.append(finding("CMP020", severity, outcome.statement, text, "" if allowed else help_))
+        mates = sum(o.statement.key in plan.seam_mates for o in seam.outcomes)
+        partly = any(o.status in ("compensated", "run_time") for o in seam.outcomes)
+        for outcome in (o for o in seam.left if o.statement.key not in plan.seam_mates):
+            if partly:
+                text, help_ = "this weld statement stays uncorrected in a corrected seam", ""
+            elif mates:
+                text = "this weld statement cannot be corrected, so its whole seam stays as it is"
+                help_ = "mend what is said, or take a step at both ends of this statement: `--allow-partial`"
+            else:
+                continue
+            findings.append(finding("CMP020", "warning", outcome.statement, f"{text}: {outcome.reason}", help_))
     return findings
 
 
@@ -87,7 +95,7 @@ def unfinished_seams(events: Sequence[MotionEvent]) -> list[Diagnostic]:
     Statements are followed in the order of execution. Where the arm may come by several ways, or on a condition that is
     not known, nothing is said about what was before.
     """
-    found: dict[StatementKey, Diagnostic] = {}
+    findings: dict[StatementKey, Diagnostic] = {}
     start: MotionStatement | None = None
     known = False  # whether the arc burns
 
@@ -95,7 +103,7 @@ def unfinished_seams(events: Sequence[MotionEvent]) -> list[Diagnostic]:
         """Add CMP021 at a statement that may change, once."""
         help_ = "look for an instruction that was mistyped: what burns, and so what is measured, hangs on it"
         if not statement.source.read_only:
-            found.setdefault(statement.key, finding("CMP021", "warning", statement, text, help_))
+            findings.setdefault(statement.key, finding("CMP021", "warning", statement, text, help_))
 
     for event in events:
         statement, interpolation = event.statement, event.statement.interpolation
@@ -112,32 +120,9 @@ def unfinished_seams(events: Sequence[MotionEvent]) -> list[Diagnostic]:
         start = statement if phase == "start" else start if phase == "weld" else None
     if start is not None:
         report(start, "the seam that begins here is not ended")
-    return list(found.values())
+    return list(findings.values())
 
 
 def _arc_phase(event: MotionEvent) -> str:
     """Phase of an arc-welding motion: ``start``, ``weld`` or ``end``; empty for any other motion."""
     return event.weld.phase if event.weld is not None and event.statement.instruction.startswith("Arc") else ""
-
-
-def _groups(outcomes: Sequence[StatementOutcome]) -> Iterator[list[StatementOutcome]]:
-    """The weld statements of the seams, in text order; a seam stays within one routine."""
-    group: list[StatementOutcome] = []
-    for outcome in outcomes:
-        statement = outcome.statement
-        phase = statement.signature.phase
-        if group and (not phase or phase == "start" or _routine(group[-1]) != _routine(outcome)):
-            yield group
-            group = []
-        if phase:
-            group.append(outcome)
-        if phase == "end":
-            yield group
-            group = []
-    if group:
-        yield group
-
-
-def _routine(outcome: StatementOutcome) -> tuple[str, str, str]:
-    """Path, module and routine of the statement: its routine's identity."""
-    return outcome.statement.source.path, outcome.statement.module, outcome.statement.routine

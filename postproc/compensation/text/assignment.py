@@ -1,16 +1,16 @@
 """Which text gets which correction: values for slots, offsets for what they do not serve.
 
 The numbers that a target comes from (a declaration, an element, an aggregate, the argument of a call) are a slot. It
-gets the centre of what its arguments ask for, where that is within the tolerance of them all. Where it is not, the
-arguments that ask for most, counted from the median, go to an offset around their expression, constant or affine in
-numbers that they name. An argument that neither serves leaves its statement as it is; so do the slots that serve this
-one, and whoever plans assigns the others without them.
+gets the centre of what the arguments that use it require, where that is within the tolerance of them all. An argument
+that no slot serves gets an offset around its expression, constant or affine in numbers that it names. An argument that
+neither serves leaves its statement as it is.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence, Set
+from collections.abc import Callable, Collection, Mapping, Sequence, Set
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -18,9 +18,10 @@ from scipy.spatial.transform import Rotation
 from postproc.arrays import Array
 from postproc.compensation.text.expressions import TargetExpression
 from postproc.compensation.text.laws import Allowed, OffsetLaw, constant_law, fit_affine, midrange, nearest_law
-from postproc.compensation.text.slots import ArgumentKey, Incidence, SlotKey
+from postproc.compensation.text.slots import ArgumentKey, SlotKey
 from postproc.compensation.text.values import Conf, TargetRequest, compliant
 from postproc.grouping import grouped
+from postproc.motion.values import Flags
 from postproc.rapid.data.events import StatementKey
 
 DIFFERENT = "it runs several times and each time needs another correction"
@@ -30,10 +31,11 @@ ELSEWHERE = "it also runs with other targets, on ways that are not followed"
 CONFIGURATION = (
     "the correction carries a joint over a quadrant boundary, and no place in the text holds its configuration"
 )
-OWN_OFFS = "the program has an `Offs` of its own: no offset can be put around the target"
+HIDDEN_OFFS = "the program has an `Offs` of its own: no offset can be put around the target"
 
-SHARE = 0.5  # of a correction that may stay off where nothing is within the tolerance of all runs; numbers that an
-# offset then names have to take this share off what one value for all runs would leave
+SHARE = 0.5
+"""Of a correction that may stay off where nothing is within the tolerance of all runs; numbers in an offset have
+to take this share off what one value would leave."""
 ROUNDING_MM = 1e-6  # positions that are nearer than that are one
 
 
@@ -44,7 +46,7 @@ class SlotValue:
     Args:
         shift, turn: (3,) of the target that stands there [mm], [rad].
         robconf: its configuration; None where it stays that of the expression in the argument of a call.
-        of: the request that it serves, if that is only one.
+        of: the request whose target it is, if it serves only that.
     """
 
     shift: Array
@@ -54,337 +56,318 @@ class SlotValue:
 
 
 @dataclass(frozen=True, slots=True)
+class Demands:
+    """What n requests of one kind (goals or circle points) require, and which slots may serve them.
+
+    Args:
+        requests, arguments: the requests, and their rows by argument.
+        slot_of: the slot that may serve each request, None where none may; of_slot: rows by slot, of all slots.
+        shift, turn: (n, 3) from the programmed to the corrected target [mm], [rad].
+        lever: (n, 3) what turns with the target in the slot, in arguments that displace it; else zero [mm].
+        derived: (n,) whether the argument displaces the target in the slot.
+        within: (n,) tolerance [mm]; largest: (n,) error that may remain where nothing is within all tolerances [mm].
+        unresolved: statements that also run to places that are not known.
+        expression: function that returns how the text of an argument can be changed.
+    """
+
+    requests: Sequence[TargetRequest]
+    arguments: Mapping[ArgumentKey, Sequence[int]]
+    slot_of: Sequence[SlotKey | None]
+    of_slot: Mapping[SlotKey, Sequence[int]]
+    shift: Array
+    turn: Array
+    lever: Array
+    derived: Flags
+    within: Array
+    largest: Array
+    unresolved: Set[StatementKey]
+    expression: Callable[[ArgumentKey], TargetExpression]
+
+    def read_only(self, key: ArgumentKey) -> bool:
+        """Whether an argument stands in a file that must not change."""
+        return self.requests[self.arguments[key][0]].event.statement.source.read_only
+
+
+@dataclass(frozen=True, slots=True)
 class Assignment:
     """What is written where.
 
     Args:
+        demands: what it serves.
         slots: values by slot.
         offsets: formulas of the offsets by argument, in addition to the slots.
-        slot_of: the slot that serves each request, None where none does.
-        left: statements that nothing serves, with the reason; the others must then be assigned again without them.
+        refused: statements that nothing serves, with the reason; their numbers must then serve no other one.
         relaxed: statements whose runs get one value that is not within the tolerance of all of them.
         unserved: (n, 3) error that remains at each request [mm], object axes.
     """
 
+    demands: Demands
     slots: Mapping[SlotKey, SlotValue]
     offsets: Mapping[ArgumentKey, OffsetLaw]
-    slot_of: Sequence[SlotKey | None]
-    left: Mapping[StatementKey, str]
+    refused: Mapping[StatementKey, str]
     relaxed: frozenset[StatementKey]
     unserved: Array
 
 
-class Assigner:
-    """Assigns the requests of one kind (goals or circle points) to slots and offsets.
-
-    A slot is a place in the text that holds the numbers of a target; an offset is put around the expression of an
-    argument.
+def demands_of(
+    requests: Sequence[TargetRequest],
+    editable: Sequence[Sequence[SlotKey]],
+    closed: Set[SlotKey],
+    unresolved: Set[StatementKey],
+    expression: Callable[[ArgumentKey], TargetExpression],
+) -> Demands:
+    """What requests require.
 
     Args:
-        incidence: the requests, and which slots could serve them.
+        editable: for each request the slots that may be edited for it, the preferred one first.
+        closed: those of them that must not be edited since they serve something else.
         unresolved: statements that also run to places that are not known.
         expression: function that returns how the text of an argument (statement and role) can be changed.
-        closed: slots that must not be edited.
-        fixed: slots whose values are already decided.
     """
-
-    def __init__(
-        self,
-        incidence: Incidence,
-        unresolved: Set[StatementKey],
-        expression: Callable[[ArgumentKey], TargetExpression],
-        closed: Set[SlotKey],
-        fixed: Mapping[SlotKey, SlotValue],
-    ) -> None:
-        self.incidence, self.requests, self.arguments = incidence, incidence.requests, incidence.of_argument
-        self.unresolved, self.expression = unresolved, expression
-        self.slots: dict[SlotKey, SlotValue] = dict(fixed)
-        self.slot_of = [next((slot for slot in slots if slot not in closed), None) for slots in incidence.slots]
-        self.shift = np.array([r.shift for r in self.requests]).reshape(-1, 3)
-        self.turn = np.array([r.turn for r in self.requests]).reshape(-1, 3)
-        roots = [r.origin.root for r in self.requests]
-        self.lever = np.array([root.lever if root else (0.0, 0.0, 0.0) for root in roots]).reshape(-1, 3)
-        self.within = np.array([r.within_mm for r in self.requests])
-        self.largest = np.maximum(self.within, SHARE * np.linalg.norm(self.shift, axis=1))
-        self.derived = np.array([root is not None for root in roots], dtype=bool)
-        self.read_only = {
-            key for key, rows in self.arguments.items() if self.requests[rows[0]].event.statement.source.read_only
-        }
-
-    def assign(self) -> Assignment:
-        """Assign values to slots (places that hold a target's numbers), then offsets to the other arguments."""
-        self._fill_slots()
-        rest = self.shift - self._moved_by_slots(range(len(self.requests)))
-        off = np.linalg.norm(rest, axis=1)
-        offsets: dict[ArgumentKey, OffsetLaw] = {}
-        left: dict[StatementKey, str] = {}
-        relaxed: set[StatementKey] = set()
-        for key, rows in self.arguments.items():
-            filled = all(self.slot_of[row] in self.slots for row in rows)
-            fits = filled and self._configured(rows)
-            if fits and all(off[row] <= self.within[row] + ROUNDING_MM for row in rows):
-                continue
-            if key in self.read_only:
-                left |= {} if filled else {key[0]: LENT}
-                continue
-            chosen = list(rows)
-            why = self._no_offset(key, rows)
-            middle, leaves = ({}, np.inf) if why else self._middle(chosen)
-            law = None if why else self._law(key, chosen, rest[chosen], leaves)
-            if law is None and not why and not middle:
-                law = self._constant(key, chosen, rest[chosen])
-            if law is not None:
-                offsets[key] = law
-                added = np.array([law.at(dict(self.requests[row].event.numbers)) for row in chosen])
-                rest[chosen] -= self._turned(key, chosen, added, to_object=True)
-            elif middle:
-                self.slots |= middle
-                rest[chosen] = self.shift[chosen] - self._moved_by_slots(chosen)
-            else:
-                # What is derived from a corrected target follows that, where it is nowhere worse than no correction.
-                follows = fits and self.derived[chosen].all()
-                if not (follows and all(off[row] <= np.linalg.norm(self.shift[row]) for row in chosen)):
-                    left[key[0]] = why or self._unlike(rows)
-                continue
-            if (np.linalg.norm(rest[chosen], axis=1) > self.within[chosen] + ROUNDING_MM).any():
-                relaxed.add(key[0])
-        return Assignment(self.slots, offsets, self.slot_of, left, frozenset(relaxed), rest)
-
-    def _fill_slots(self) -> None:
-        """Give each slot (a place that holds a target's numbers) the centre of what its arguments require.
-
-        Arguments that one value cannot serve together with the others do not count. The values go to ``self.slots``.
-        """
-        of_slot: dict[SlotKey, dict[ArgumentKey, list[int]]] = {}
-        others = set(self.read_only)
-        for key, rows in self.arguments.items():
-            if any(self.slot_of[row] is None for row in rows):
-                others.add(key)
-            for row in rows:
-                if (slot := self.slot_of[row]) is not None and slot not in self.slots:
-                    of_slot.setdefault(slot, {}).setdefault(key, []).append(row)
-        for arguments in of_slot.values():
-            able = {key: rows for key, rows in arguments.items() if key not in others}
-            others |= able.keys() - self._served_together(able)
-        for slot, arguments in of_slot.items():
-            if rows := [row for key, own in arguments.items() if key not in others for row in own]:
-                self.slots[slot] = self._common(rows)
-        # An offset around elements of which some are corrected fits them all where the others are corrected, too.
-        partly = {key for key in others if any(self.slot_of[row] in self.slots for row in self.arguments[key])}
-        partly |= self.read_only
-        for slot, arguments in of_slot.items():
-            rows = [row for key, own in arguments.items() if key in partly for row in own]
-            if rows and slot not in self.slots:
-                self.slots[slot] = self._common(rows)
-
-    def _served_together(self, arguments: Mapping[ArgumentKey, Sequence[int]]) -> set[ArgumentKey]:
-        """The arguments of one slot (place with a target's numbers) that one value serves: all if possible.
-
-        Otherwise arguments are taken in turn if one value serves them and those taken before: first those with the
-        greatest need, among these first the nearest to the median of what the neediest ones with the smallest tolerance
-        require. Calls of ``Offs`` or ``RelTool`` whose own amounts can be changed instead are never taken.
-
-        Args:
-            arguments: for each argument (statement and role) the indices of its requests.
-        """
-        if self._one_value([row for own in arguments.values() for row in own]):
-            return {*arguments}
-        need = {key: self._need(key) for key in arguments}
-        able = {key: own for key, own in arguments.items() if need[key]}
-        rows = [row for own in able.values() for row in own]
-        if not rows:
-            return set()
-        asked = dict(zip(rows, self._demand(rows), strict=True))
-        most = [row for key, own in able.items() if need[key] == max(need.values()) for row in own]
-        strict = [row for row in most if self.within[row] == self.within[most].min()]
-        median = np.median([asked[row] for row in strict], axis=0)
-        far = {
-            key: max(float(np.linalg.norm(asked[row] - median) / self.within[row]) for row in own)
-            for key, own in able.items()
-        }
-        kept: list[ArgumentKey] = []
-        for key in sorted(able, key=lambda key: (-need[key], far[key])):
-            if self._one_value([row for other in (*kept, key) for row in able[other]]):
-                kept.append(key)
-        return set(kept)
-
-    def _need(self, key: ArgumentKey) -> int:
-        """How much the argument ``key`` (statement and role) needs its slot (place with a target's numbers), 0 to 3.
-
-        It is 3 if no offset can be put around it, 0 if it is a call of ``Offs`` or ``RelTool`` whose amounts can be
-        changed instead, 2 if its runs use several slots, else 1.
-        """
-        rows = self.arguments[key]
-        if self._no_offset(key, rows, configured=True):
-            return 3
-        if self.expression(key).form == "amounts":
-            return 0
-        return 2 if len({self.slot_of[row] for row in rows}) > 1 else 1
-
-    def _one_value(self, rows: Sequence[int]) -> bool:
-        """Whether one value of a slot is within tolerance of all requests ``rows``, and they have one configuration."""
-        if len(rows) < 2:
-            return True
-        if not self._keeps(rows) and len({self.requests[row].value.robconf for row in rows}) > 1:
-            return False
-        demand, within = self._demand(rows), self.within[rows]
-        return bool((np.linalg.norm(demand - _centre(demand, within), axis=1) <= within).all())
-
-    def _demand(self, rows: Sequence[int]) -> Array:
-        """(k, 3) shift [mm] that each of the requests ``rows`` needs of the target in its slot.
-
-        That target is taken to turn by the rotation that ``_common_turn`` gives for these requests.
-        """
-        chosen = np.array(rows)
-        demand: Array = self.shift[chosen] - np.cross(self._common_turn(rows), self.lever[chosen])
-        return demand
-
-    def _common_turn(self, rows: Sequence[int]) -> Array:
-        """(3,) rotation vector [rad] for the target in a slot, half-way between those that requests ``rows`` require.
-
-        Requests whose argument displaces that target count only if there are no others.
-        """
-        chosen = np.array(rows)
-        plain = chosen[~self.derived[chosen]]
-        return midrange(self.turn[plain if len(plain) else chosen])
-
-    def _common(self, rows: Sequence[int]) -> SlotValue:
-        """The value of a slot in the centre of what the requests ``rows`` require.
-
-        It has their most common configuration, or keeps that of an expression.
-        """
-        if len(rows) == 1 and not self.derived[rows[0]] and not self._keeps(rows):
-            row = rows[0]
-            return SlotValue(self.shift[row], self.turn[row], self.requests[row].value.robconf, self.requests[row])
-        confs = [self.requests[row].value.robconf for row in rows]
-        shift = _centre(self._demand(rows), self.within[rows])
-        conf = None if self._keeps(rows) else max(set(confs), key=confs.count)
-        return SlotValue(shift, self._common_turn(rows), conf)
-
-    def _keeps(self, rows: Sequence[int]) -> bool:
-        """Whether the slot of requests ``rows`` is the argument of a call: an expression keeps its configuration."""
-        slot = self.slot_of[rows[0]]
-        return slot is not None and slot[0] == "call"
-
-    def _moved_by_slots(self, rows: Iterable[int]) -> Array:
-        """(k, 3) how far [mm] the targets of requests ``rows`` move by the values decided for their slots so far.
-
-        A slot is a place in the text with the numbers of a target; those of slots without a value do not move.
-        """
-        moved = []
-        for row in rows:
-            slot = self.slot_of[row]
-            value = self.slots.get(slot) if slot is not None else None
-            shift = np.zeros(3) if value is None else value.shift
-            moved.append(shift + np.cross(value.turn, self.lever[row]) if value and self.derived[row] else shift)
-        return np.array(moved).reshape(-1, 3)
-
-    def _configured(self, rows: Sequence[int]) -> bool:
-        """Whether slots or the present text give requests ``rows`` configurations that a controller accepts for theirs.
-
-        The configuration of an expression stays the programmer's: a target taught anew may have another one.
-        """
-        for row in rows:
-            slot = self.slot_of[row]
-            value = self.slots.get(slot) if slot is not None else None
-            there = None if value is None else value.robconf
-            if not compliant(self.requests[row].value.robconf, there or self.requests[row].target.robconf):
-                return False
-        return True
-
-    def _no_offset(self, key: ArgumentKey, rows: Sequence[int], configured: bool | None = None) -> str:
-        """Why no offset of any size can be put around the argument ``key`` with requests ``rows``; empty if one can.
-
-        Args:
-            configured: whether its runs get their configurations without the offset; None: as `_configured` says.
-        """
-        if key[0] in self.unresolved or any(self.requests[row].event.has_unresolved_runs for row in rows):
-            return ELSEWHERE
-        configured = self._configured(rows) if configured is None else configured
-        if not configured:
-            return CONFIGURATION
-        return OWN_OFFS if self.expression(key).form is None else ""
-
-    def _law(self, key: ArgumentKey, rows: Sequence[int], rest: Array, leaves: float) -> OffsetLaw | None:
-        """The formula of an offset for the argument ``key`` that is within the tolerances of all its requests ``rows``.
-
-        It is a constant, or affine in as few numbers of the program as possible. If there is none, the best affine one,
-        if it leaves at most half of what a single value would leave; else None.
-
-        Args:
-            rest: (n, 3) what each request requires [mm], object axes.
-            leaves: remaining error [mm] with one value in each slot.
-        """
-        rest = self._turned(key, rows, rest, to_object=False)
-        regressors = [dict(self.requests[row].event.numbers) for row in rows]
-        within = self.within[rows]
-        laws = [constant_law(rest)]
-        least = np.linalg.norm(laws[0][1], axis=1)
-        if (least <= within + ROUNDING_MM).all():
-            return laws[0][0]
-        for fine in (within.min(), within.min() / 4):
-            law = fit_affine(regressors, rest, float(fine))
-            laws.append((law, rest - [law.at(run) for run in regressors]))
-            if (np.linalg.norm(laws[-1][1], axis=1) <= within + ROUNDING_MM).all():
-                return law
-        most = np.minimum(self.largest[rows], SHARE * min(leaves, float(least.max())))
-        return nearest_law(laws[1:], Allowed(0.0, most.tolist()))
-
-    def _middle(self, rows: Sequence[int]) -> tuple[dict[SlotKey, SlotValue], float]:
-        """Values for the slots (places with a target's numbers) of requests ``rows``, and the error [mm] they leave.
-
-        No values if a slot also serves other requests or has a value already, or if more than the tolerance and half of
-        the correction of some request would remain.
-        """
-        shares = grouped((self.slot_of[row], row) for row in rows)
-        found: dict[SlotKey, SlotValue] = {}
-        leaves, fits = 0.0, True
-        for slot, own in shares.items():
-            if slot is None or slot in self.slots or len(own) < len(self.incidence.of_slot[slot]):
-                return {}, np.inf
-            found[slot] = self._common(own)
-            off = np.linalg.norm(self._demand(own) - found[slot].shift, axis=1)
-            leaves, fits = max(leaves, float(off.max())), fits and bool((off <= self.largest[own]).all())
-        return (found if fits else {}), leaves
-
-    def _constant(self, key: ArgumentKey, rows: Sequence[int], rest: Array) -> OffsetLaw | None:
-        """The constant offset for all requests ``rows`` of the argument ``key``.
-
-        None if more than the tolerance and half of the correction of some request would remain.
-
-        Args:
-            rest: (n, 3) what each request requires [mm], object axes.
-        """
-        return nearest_law(
-            [constant_law(self._turned(key, rows, rest, to_object=False))], Allowed(0.0, self.largest[rows].tolist())
-        )
-
-    def _turned(self, key: ArgumentKey, rows: Sequence[int], offsets: Array, *, to_object: bool) -> Array:
-        """Offsets (n, 3) of requests ``rows``, turned from object axes into those of the argument ``key``.
-
-        The axes of ``RelTool`` are those of the tool; those of all other arguments are the object's.
-
-        Args:
-            to_object: they are turned from the axes of the argument into object axes.
-        """
-        if not self.expression(key).in_tool:
-            return offsets
-        tool = Rotation.from_quat(np.array([self.requests[row].target.rot for row in rows]), scalar_first=True)
-        return np.asarray((tool if to_object else tool.inv()).apply(offsets))
-
-    def _unlike(self, rows: Sequence[int]) -> str:
-        """Text that says why the requests ``rows`` of one argument, with different corrections, are not served."""
-        requests = [self.requests[row] for row in rows]
-        one = len({(r.target, r.origin.base.spans) for r in requests}) == 1
-        return WAYS if one and any(r.event.way for r in requests) else DIFFERENT
+    roots = [r.origin.root for r in requests]
+    levers = [root.lever if root else (0.0, 0.0, 0.0) for root in roots]
+    shift, turn, lever = (
+        np.array(rows, dtype=float).reshape(-1, 3)
+        for rows in ([r.shift for r in requests], [r.turn for r in requests], levers)
+    )
+    within = np.array([r.within_mm for r in requests])
+    return Demands(
+        requests=requests,
+        arguments=grouped(((r.event.statement.key, r.role), row) for row, r in enumerate(requests)),
+        slot_of=[next((slot for slot in slots if slot not in closed), None) for slots in editable],
+        of_slot=grouped((slot, row) for row, slots in enumerate(editable) for slot in slots),
+        shift=shift,
+        turn=turn,
+        lever=lever,
+        derived=np.array([root is not None for root in roots], dtype=bool),
+        within=within,
+        largest=np.maximum(within, SHARE * np.linalg.norm(shift, axis=1)),
+        unresolved=unresolved,
+        expression=expression,
+    )
 
 
-def _centre(demand: Array, within: Array) -> Array:
-    """(3,) shift [mm] in the middle, along each axis, of the range within the tolerances of all demands.
+def assign(demands: Demands, fixed: Mapping[SlotKey, SlotValue]) -> Assignment:
+    """Assign values to slots, then offsets to the arguments that these do not serve.
 
     Args:
-        demand: (n, 3) shifts that requests need [mm].
-        within: (n,) their tolerances [mm].
+        fixed: slots whose values are decided already.
     """
-    centre: Array = ((demand - within[:, None]).max(axis=0) + (demand + within[:, None]).min(axis=0)) / 2
-    return centre
+    slots = {**fixed, **_slot_values(demands, fixed)}
+    limit = demands.within + ROUNDING_MM
+    unserved = _unserved(demands, range(len(demands.requests)), slots)
+    served = (np.linalg.norm(unserved, axis=1) <= limit).tolist()
+    offsets: dict[ArgumentKey, OffsetLaw] = {}
+    refused: dict[StatementKey, str] = {}
+    relaxed: set[StatementKey] = set()
+    for key, rows in demands.arguments.items():
+        # By slots alone.
+        filled = all(demands.slot_of[row] in slots for row in rows)
+        configured = _configured(demands, rows, slots)
+        if filled and configured and all(served[row] for row in rows):
+            continue
+        if demands.read_only(key):
+            refused |= {} if filled else {key[0]: LENT}
+            continue
+        # By an offset, or by values for slots of its own.
+        why = _why_no_offset(demands, key, configured)
+        value = None if why else _offset(demands, key, unserved[rows], slots)
+        if isinstance(value, OffsetLaw):
+            offsets[key] = value
+            added = np.array([value.at(dict(demands.requests[row].event.numbers)) for row in rows])
+            unserved[rows] -= _turned(demands, key, added, to_object=True)
+        elif value is not None:
+            slots |= value
+            unserved[rows] = _unserved(demands, rows, slots)
+        # What is derived from a corrected target follows that, where it is nowhere worse than no correction.
+        elif (
+            not (filled and configured and demands.derived[rows].all())
+            or (np.linalg.norm(unserved[rows], axis=1) > np.linalg.norm(demands.shift[rows], axis=1)).any()
+        ):
+            requests = [demands.requests[row] for row in rows]
+            several = len({(r.target, r.origin.base.spans) for r in requests}) > 1
+            refused[key[0]] = why or (WAYS if not several and any(r.event.way for r in requests) else DIFFERENT)
+        if value is not None and (np.linalg.norm(unserved[rows], axis=1) > limit[rows]).any():
+            relaxed.add(key[0])
+    return Assignment(demands, slots, offsets, refused, frozenset(relaxed), unserved)
+
+
+def _slot_values(demands: Demands, fixed: Mapping[SlotKey, SlotValue]) -> dict[SlotKey, SlotValue]:
+    """A value for each slot that is not fixed and serves any argument: the centre of what its arguments require."""
+    users: dict[SlotKey, dict[ArgumentKey, list[int]]] = {}
+    for key, rows in demands.arguments.items():
+        for row in rows:
+            if (slot := demands.slot_of[row]) is not None and slot not in fixed:
+                users.setdefault(slot, {}).setdefault(key, []).append(row)
+    # Arguments of files that must not change take what others leave them.
+    read_only = {key for key in demands.arguments if demands.read_only(key)}
+    by_offset = {key for key, rows in demands.arguments.items() if any(demands.slot_of[row] is None for row in rows)}
+    by_offset |= read_only
+    for slot, arguments in users.items():
+        able = {key: rows for key, rows in arguments.items() if key not in by_offset}
+        by_offset |= able.keys() - _served_together(demands, slot, able)
+    known, values = set(fixed), dict[SlotKey, SlotValue]()
+    for carried in (False, True):
+        # An offset around elements of which some are corrected fits them all where the others are corrected, too.
+        partly = {key for key in by_offset if any(demands.slot_of[row] in known for row in demands.arguments[key])}
+        served = read_only | partly if carried else demands.arguments.keys() - by_offset
+        for slot, arguments in users.items():
+            rows = [row for key, used in arguments.items() if key in served for row in used]
+            if rows and slot not in values:
+                values[slot] = _centre(demands, slot, rows)
+        known |= values.keys()
+    return values
+
+
+def _served_together(
+    demands: Demands, slot: SlotKey, arguments: Mapping[ArgumentKey, Sequence[int]]
+) -> Collection[ArgumentKey]:
+    """The arguments of one slot that one value serves: all if possible, else each that agrees with those before it.
+
+    First come those that no offset can serve, then those whose runs use several slots, those that name the target, and
+    those that derive one from it. Calls of ``Offs`` or ``RelTool`` whose own amounts can be changed are never taken.
+
+    Args:
+        arguments: for each argument (statement and role) the indices of its requests that use the slot.
+    """
+    if _one_value(demands, slot, [*chain(*arguments.values())]):
+        return arguments.keys()
+
+    def rank(key: ArgumentKey) -> int:
+        """Place of an argument in that order, from 0 to 3; 4 for calls with amounts."""
+        rows = demands.arguments[key]
+        if _why_no_offset(demands, key, configured=True):
+            return 0
+        if demands.expression(key).form == "amounts":
+            return 4
+        return 1 if len({demands.slot_of[row] for row in rows}) > 1 else 3 if demands.derived[rows].any() else 2
+
+    kept: list[ArgumentKey] = []
+    for key in sorted((key for key in arguments if rank(key) < 4), key=rank):
+        if _one_value(demands, slot, [row for one in (*kept, key) for row in arguments[one]]):
+            kept.append(key)
+    return kept
+
+
+def _one_value(demands: Demands, slot: SlotKey, rows: Sequence[int]) -> bool:
+    """Whether one value of a slot is within the tolerance of all requests ``rows``, and they have one configuration."""
+    if len(rows) < 2:
+        return True
+    value = _centre(demands, slot, rows)
+    one = value.robconf is None or len({demands.requests[row].value.robconf for row in rows}) == 1
+    return one and bool((_off(demands, rows, {slot: value}) <= demands.within[rows]).all())
+
+
+def _centre(demands: Demands, slot: SlotKey, rows: Sequence[int]) -> SlotValue:
+    """The value of a slot in the middle, along each axis, of the range within the tolerances of requests ``rows``.
+
+    It is turned half-way between the rotations that they require; those whose argument displaces the target count for
+    it only if there are no others. It has their most common configuration, or keeps that of an expression.
+    """
+    confs = [demands.requests[row].value.robconf for row in rows]
+    conf = None if slot[0] == "call" else max(set(confs), key=confs.count)
+    chosen = np.array(rows)
+    plain = chosen[~demands.derived[chosen]]
+    if len(rows) == len(plain) == 1:
+        return SlotValue(demands.shift[rows[0]], demands.turn[rows[0]], conf, demands.requests[rows[0]])
+    turn = midrange(demands.turn[plain if len(plain) else chosen])
+    required, within = demands.shift[chosen] - np.cross(turn, demands.lever[chosen]), demands.within[chosen, None]
+    return SlotValue(((required - within).max(axis=0) + (required + within).min(axis=0)) / 2, turn, conf)
+
+
+def _unserved(demands: Demands, rows: Sequence[int], slots: Mapping[SlotKey, SlotValue]) -> Array:
+    """(k, 3) what requests ``rows`` still require [mm], object axes, with these values of slots."""
+    still = SlotValue(np.zeros(3), np.zeros(3), None)
+    values = [still if (slot := demands.slot_of[row]) is None else slots.get(slot, still) for row in rows]
+    moved = np.array([(value.shift, value.turn) for value in values]).reshape(-1, 2, 3)
+    chosen = list(rows)
+    return np.asarray(demands.shift[chosen] - moved[:, 0] - np.cross(moved[:, 1], demands.lever[chosen]))
+
+
+def _off(demands: Demands, rows: Sequence[int], slots: Mapping[SlotKey, SlotValue]) -> Array:
+    """(k,) distance [mm] of the targets of requests ``rows`` from the corrected ones, with these values of slots."""
+    return np.asarray(np.linalg.norm(_unserved(demands, rows, slots), axis=1))
+
+
+def _configured(demands: Demands, rows: Sequence[int], slots: Mapping[SlotKey, SlotValue]) -> bool:
+    """Whether slots or the present text give requests ``rows`` configurations that a controller accepts for theirs.
+
+    The configuration of an expression stays the programmer's: a target taught anew may have another one.
+    """
+    for row in rows:
+        slot, request = demands.slot_of[row], demands.requests[row]
+        value = slots.get(slot) if slot is not None else None
+        written = None if value is None else value.robconf
+        if not compliant(request.value.robconf, written or request.target.robconf):
+            return False
+    return True
+
+
+def _why_no_offset(demands: Demands, key: ArgumentKey, configured: bool) -> str:
+    """Why no offset of any size can be put around an argument; empty if one can.
+
+    Args:
+        configured: whether its runs get their configurations without the offset.
+    """
+    runs = (demands.requests[row].event for row in demands.arguments[key])
+    if key[0] in demands.unresolved or any(event.has_unresolved_runs for event in runs):
+        return ELSEWHERE
+    if not configured:
+        return CONFIGURATION
+    return HIDDEN_OFFS if demands.expression(key).form is None else ""
+
+
+def _offset(
+    demands: Demands, key: ArgumentKey, unserved: Array, slots: Mapping[SlotKey, SlotValue]
+) -> OffsetLaw | Mapping[SlotKey, SlotValue] | None:
+    """What serves all requests of an argument that slots alone do not serve; None if nothing does.
+
+    It is the first of these: an offset within all tolerances, constant or affine in as few numbers of the program as
+    possible; the best affine one that leaves at most half of what one value would leave; values for the slots of this
+    argument alone; the constant offset. The last three leave at most the tolerance or half of each correction.
+
+    Args:
+        unserved: (n, 3) what each request still requires [mm], object axes.
+        slots: what the slots have already.
+    """
+    rows = demands.arguments[key]
+    required = _turned(demands, key, unserved, to_object=False)
+    within, largest = demands.within[rows], demands.largest[rows]
+    constant, errors = constant_law(required)
+    off = np.linalg.norm(errors, axis=1)
+    if (off <= within + ROUNDING_MM).all():
+        return constant
+    regressors = [dict(demands.requests[row].event.numbers) for row in rows]
+    laws = []
+    for least in (float(within.min()), float(within.min()) / 4):
+        law = fit_affine(regressors, required, least)
+        laws.append((law, required - [law.at(run) for run in regressors]))
+        if (np.linalg.norm(laws[-1][1], axis=1) <= within + ROUNDING_MM).all():
+            return law
+    # Values for the slots, if these serve no other requests and have none yet.
+    by_slot = grouped((demands.slot_of[row], row) for row in rows)
+    exclusive = {slot: of for slot, of in by_slot.items() if slot is not None and len(of) == len(demands.of_slot[slot])}
+    values, remaining = dict[SlotKey, SlotValue](), np.full(len(rows), np.inf)
+    if len(exclusive) == len(by_slot) and exclusive.keys().isdisjoint(slots):
+        values = {slot: _centre(demands, slot, of) for slot, of in exclusive.items()}
+        remaining = _off(demands, rows, values)
+    most = np.minimum(largest, SHARE * min(remaining.max(), off.max()))
+    affine = nearest_law(laws, Allowed(0.0, most.tolist()))
+    return (
+        affine
+        or (values if (remaining <= largest).all() else None)
+        or nearest_law([(constant, errors)], Allowed(0.0, largest.tolist()))
+    )
+
+
+def _turned(demands: Demands, key: ArgumentKey, offsets: Array, *, to_object: bool) -> Array:
+    """Offsets (n, 3) of an argument, turned from object axes into those of its text: in ``RelTool`` the tool's.
+
+    Args:
+        to_object: they are turned from the axes of the text into object axes.
+    """
+    if not demands.expression(key).in_tool:
+        return offsets
+    rots = [demands.requests[row].target.rot for row in demands.arguments[key]]
+    tool = Rotation.from_quat(np.array(rots), scalar_first=True)
+    return np.asarray((tool if to_object else tool.inv()).apply(offsets))

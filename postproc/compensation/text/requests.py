@@ -26,7 +26,7 @@ from postproc.robot.pose import displace, pose_error
 
 SLACK = 0.5  # share of the tolerance that a target may take; the rest is for the way between targets
 
-Asked = tuple[int, str, Array, Conf]  # move, role, (4, 4) corrected pose, configuration
+CorrectedPose = tuple[int, str, Array, Conf]  # move, role, (4, 4) corrected pose, configuration
 
 
 class Requester:
@@ -48,15 +48,15 @@ class Requester:
 
     def goals(self, chosen: Iterable[int]) -> list[TargetRequest]:
         """Requests for the goals of the chosen moves (indices), except joint targets and goals only restated."""
-        asked: list[Asked] = []
+        poses: list[CorrectedPose] = []
         for i in chosen:
             move = self.moves[i]
             target = move.event.target
             if isinstance(target, RobTarget) and move.resumes_from is None:
                 # The confdata as it was taught, wherever it selects the corrected posture.
                 keeps = self.kept[i] or any_configuration(move.event)
-                asked.append((i, "to", self.T_goal[i], target.robconf if keeps else conf_of(self.conf_after[i])))
-        return self._requests(asked)
+                poses.append((i, "to", self.T_goal[i], target.robconf if keeps else conf_of(self.conf_after[i])))
+        return self._requests(poses)
 
     def vias(
         self, chosen: Iterable[int], written: Exact, curve: Array, pieces: Sequence[Pieces]
@@ -69,48 +69,52 @@ class Requester:
             pieces: how arcs are divided; of a divided one the circle point of the last part is requested.
         """
         divided = {p.move: p for p in pieces if p.goals}
-        asked: list[Asked] = []
+        poses: list[CorrectedPose] = []
         for i in chosen:
             via = self.moves[i].event.via
             if via is None or self.moves[i].resumes_from is not None:
                 continue
             parts = divided.get(i)
             if parts is None:
-                asked.append((i, "via", self._via(i, written, curve), via.robconf))
+                poses.append((i, "via", self._via(i, written, curve), via.robconf))
             else:
                 row = parts.vias[-1]
-                asked.append((i, "via", curve[row], conf_of(confdata(self.robot, self.exact.q[[row]])[0])))
-        return self._requests(asked)
+                poses.append((i, "via", curve[row], conf_of(confdata(self.robot, self.exact.q[[row]])[0])))
+        return self._requests(poses)
 
-    def _requests(self, asked: Sequence[Asked]) -> list[TargetRequest]:
-        """The requests for corrected poses, in their order.
+    def _requests(self, poses: Sequence[CorrectedPose]) -> list[TargetRequest]:
+        """The requests for corrected poses, in their order."""
+        if not poses:
+            return []
+        events = [self.moves[i].event for i, *_ in poses]
+        values = self.values([(i, T, conf) for i, _, T, conf in poses])
+        targets = [(e.target if role == "to" else e.via) for e, (_, role, *_) in zip(events, poses, strict=True)]
+        before = np.array([target.rot for target in targets if isinstance(target, RobTarget)])
+        after = np.array([value.pose.rot for value in values])
+        # q and -q are one orientation: the sign stays that of the target.
+        after *= np.where((before * after).sum(axis=1) < 0, -1.0, 1.0)[:, None]
+        R_before, R_after = (Rotation.from_quat(rots, scalar_first=True) for rots in (before, after))
+        turns = (R_after * R_before.inv()).as_rotvec()
+        requests = []
+        for k, ((w, a, b, c), (x, y, z)) in enumerate(zip(after.tolist(), turns.tolist(), strict=True)):
+            value = replace(values[k], pose=replace(values[k].pose, rot=(w, a, b, c)))
+            i, role, *_ = poses[k]
+            requests.append(TargetRequest(i, events[k], role, value, (x, y, z), self.within_mm[i]))
+        return requests
 
-        Args:
-            asked: index of the move, role of the argument, T_work_tcp (4, 4) and confdata of each.
-        """
-        values = self.values([(i, T, conf) for i, _, T, conf in asked])
-        events = [self.moves[i].event for i, *_ in asked]
-        now = [event.target if role == "to" else event.via for event, (_, role, *_) in zip(events, asked, strict=True)]
-        values = [_like(value, t) for value, t in zip(values, now, strict=True) if isinstance(t, RobTarget)]
-        turns = _turns([t.rot for t in now if isinstance(t, RobTarget)], [value.pose.rot for value in values])
-        return [
-            TargetRequest(i, event, role, value, (x, y, z), self.within_mm[i])
-            for (i, role, *_), event, value, (x, y, z) in zip(asked, events, values, turns.tolist(), strict=True)
-        ]
-
-    def values(self, asked: Sequence[tuple[int, Array, Conf]]) -> list[TargetValue]:
+    def values(self, corrected: Sequence[tuple[int, Array, Conf]]) -> list[TargetValue]:
         """Targets as the program writes them, in their work objects and with the external axes of the move's goal.
 
         Args:
-            asked: index of the move, T_work_tcp (4, 4) and confdata of each.
+            corrected: index of the move, T_work_tcp (4, 4) and confdata of each.
         """
-        events = [self.moves[i].event for i, _, _ in asked]
-        poses = target_poses(events, np.array([T for _, T, _ in asked]).reshape(-1, 4, 4))
-        result = []
-        for event, pose, (_, _, conf) in zip(events, poses, asked, strict=True):
+        events = [self.moves[i].event for i, _, _ in corrected]
+        poses = target_poses(events, np.array([T for _, T, _ in corrected]).reshape(-1, 4, 4))
+        values = []
+        for event, pose, (_, _, conf) in zip(events, poses, corrected, strict=True):
             assert isinstance(event.target, RobTarget)
-            result.append(TargetValue(pose, conf, event.target.extax))
-        return result
+            values.append(TargetValue(pose, conf, event.target.extax))
+        return values
 
     def _via(self, i: int, written: Exact, curve: Array) -> Array:
         """Corrected pose (4, 4) of the circle point of arc i, where the user put it.
@@ -131,28 +135,12 @@ class Requester:
         T = move.T_work_via.copy()
         turned = displace(np.concatenate([np.zeros(3), shift[3:]]))[:3, :3] @ T[:3, :3]
         lacks = curve[rows][[0, -1], :3, 3] - written.T_work_tcp[rows][[0, -1], :3, 3]
-        beside = samples.goal[i] > samples.start[i] and np.abs(lacks).max() > NO_JUMP
-        T[:3, 3] = circle_point(samples, written, i, float(u[0])) if beside else T[:3, 3] + shift[:3]
+        displaced = samples.goal[i] > samples.start[i] and np.abs(lacks).max() > NO_JUMP
+        T[:3, 3] = circle_point(samples, written, i, float(u[0])) if displaced else T[:3, 3] + shift[:3]
         T[:3, :3] = turned
         return T
-
-
-def _like(value: TargetValue, target: RobTarget) -> TargetValue:
-    """The value with the sign of the target's quaternion: q and -q are one orientation."""
-    if np.dot(value.pose.rot, target.rot) >= 0:
-        return value
-    w, x, y, z = value.pose.rot
-    return replace(value, pose=replace(value.pose, rot=(-w, -x, -y, -z)))
 
 
 def conf_of(row: Array) -> Conf:
     """Confdata (4,) as a tuple of integers."""
     return int(row[0]), int(row[1]), int(row[2]), int(row[3])
-
-
-def _turns(before: Sequence[Sequence[float]], after: Sequence[Sequence[float]]) -> Array:
-    """(n, 3) rotation vectors [rad] in object axes from the first unit quaternions to the second ones, scalar first."""
-    if not before:
-        return np.zeros((0, 3))
-    a, b = (Rotation.from_quat(np.array(rot), scalar_first=True) for rot in (before, after))
-    return np.asarray((b * a.inv()).as_rotvec())

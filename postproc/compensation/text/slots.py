@@ -35,14 +35,14 @@ def target_users(program: Program, changes: WriteEffects) -> Mapping[str, Users]
         changes: which data the pieces of the program may change.
     """
     uses = declaration_uses(program, changes)
-    found: dict[str, Users | None] = {}
+    known: dict[str, Users | None] = {}
 
     def users(key: str, depth: int) -> Users | None:
         """Users of a declaration or parameter, through calls up to depth MAX_CALLS; None if not only for targets."""
-        if key not in found:
-            found[key] = None  # of a routine that calls itself
-            found[key] = joined(uses.get(key, ()), depth) if depth <= MAX_CALLS else None
-        return found[key]
+        if key not in known:
+            known[key] = None  # of a routine that calls itself
+            known[key] = joined(uses.get(key, ()), depth) if depth <= MAX_CALLS else None
+        return known[key]
 
     def joined(parts: Iterable[Use], depth: int) -> Users | None:
         """Union of the users of several uses; None if one of them is not for a target."""
@@ -50,11 +50,11 @@ def target_users(program: Program, changes: WriteEffects) -> Mapping[str, Users]
         derived: set[StatementKey] = set()
         for use in parts:
             if use.handed and use.kind == "argument":
-                more = users(use.handed, depth + 1)
-                if more is None:
+                passed = users(use.handed, depth + 1)
+                if passed is None:
                     return None
-                statements |= more.statements
-                derived |= more.derived
+                statements |= passed.statements
+                derived |= passed.derived
             elif use.statement is None or use.kind not in ("motion", "expression") or use.role not in ("to", "via"):
                 return None
             else:
@@ -62,19 +62,18 @@ def target_users(program: Program, changes: WriteEffects) -> Mapping[str, Users]
                 derived |= {use.statement.key} if use.kind == "expression" else set()
         return Users(frozenset(statements), frozenset(derived))
 
-    return {key: known for key in uses if (known := users(key, 0)) is not None}
+    return {key: of_key for key in uses if (of_key := users(key, 0)) is not None}
 
 
 def slots_of(origin: Origin) -> tuple[SlotKey, ...]:
     """Places in the text that could hold a corrected target, the preferred one first; none in read-only files."""
-    base = origin.base
-    spans, handed = base.spans, base.handed
-    found: list[SlotKey] = []
+    spans, handed = origin.base.spans, origin.base.handed
+    slots: list[SlotKey] = []
     if spans is not None and not spans.source.read_only:
-        found.append(("numbers", spans.source.path, spans.whole[0]))
+        slots.append(("numbers", spans.source.path, spans.whole[0]))
     if handed is not None and not handed.source.read_only and (spans is None or spans.whole[0] != handed.span[0]):
-        found.append(("call", handed.source.path, handed.span[0]))
-    return tuple(found)
+        slots.append(("call", handed.source.path, handed.span[0]))
+    return tuple(slots)
 
 
 def data_keys(origin: Origin) -> set[str]:
@@ -84,68 +83,29 @@ def data_keys(origin: Origin) -> set[str]:
     return {*(base.handed.parameters if base.handed is not None else ()), *declared}
 
 
-@dataclass(frozen=True, slots=True)
-class Incidence:
-    """Which requests each slot could serve.
+def may_serve(
+    slot: SlotKey, request: TargetRequest, users: Mapping[str, Users], complete: Set[StatementKey], written: Set[str]
+) -> bool:
+    """Whether a slot (place in the text that holds a target's numbers) may be edited for a request.
 
-    Args:
-        requests: of all executions.
-        of_slot: rows of the requests by slot.
-        of_argument: rows of the requests by statement and role.
-        slots: for each request, the slots that may be edited, the preferred one first.
-    """
-
-    requests: Sequence[TargetRequest]
-    of_slot: Mapping[SlotKey, Sequence[int]]
-    of_argument: Mapping[ArgumentKey, Sequence[int]]
-    slots: Sequence[tuple[SlotKey, ...]]
-
-
-def incidence(
-    requests: Sequence[TargetRequest],
-    users: Mapping[str, Users],
-    complete: Set[StatementKey],
-    written: Set[str],
-) -> Incidence:
-    """Which requests each slot (place in the text that holds a target's numbers) that may be edited could serve.
-
-    A slot may be edited if it is used only for targets of statements all of whose executions are corrected, and nothing
-    can write it while the program runs.
+    It may if it is used only for targets of statements all of whose executions are corrected, and nothing can write it
+    while the program runs.
 
     Args:
         users: by declaration and parameter, from ``target_users``.
         complete: statements all of whose executions have a request.
         written: keys of the data that anything may write.
     """
-    of_slot: dict[SlotKey, list[int]] = {}
-    of_argument: dict[ArgumentKey, list[int]] = {}
-    slots = []
-    for row, request in enumerate(requests):
-        here = tuple(slot for slot in slots_of(request.origin) if _serves(slot, request, users, complete, written))
-        for slot in here:
-            of_slot.setdefault(slot, []).append(row)
-        of_argument.setdefault((request.event.statement.key, request.role), []).append(row)
-        slots.append(here)
-    return Incidence(requests, of_slot, of_argument, slots)
-
-
-def _serves(
-    slot: SlotKey, request: TargetRequest, users: Mapping[str, Users], complete: Set[StatementKey], written: Set[str]
-) -> bool:
-    """Whether a slot (place in the text that holds a target's numbers) may be edited for a request.
-
-    It may if all its users are in ``complete`` and its data is not in ``written``.
-    """
-    origin = request.origin
-    base = origin.base
+    base = request.origin.base
     if base.handed is not None and (slot[0] == "call" or base.declaration is None):
-        known = users.get(base.handed.parameters[0])
-        return known is not None and known.statements <= complete
-    if base.declaration is None:
+        name = base.handed.parameters[0]
+    elif base.declaration is None:
         # An aggregate in the statement serves that alone, and displaced in runs that are not known it would not do.
-        return origin.root is None or request.event.statement.key in complete
-    known = users.get(base.declaration)
-    return known is not None and known.statements <= complete and base.declaration not in written
+        return request.origin.root is None or request.event.statement.key in complete
+    else:
+        name = base.declaration
+    known = users.get(name)
+    return known is not None and known.statements <= complete and name not in written
 
 
 def possible_runs(events: Sequence[MotionEvent], rows: Set[int]) -> dict[int, MotionEvent]:
