@@ -48,10 +48,10 @@ def _follow_parent() -> None:
 def convert(job: Job) -> Result:
     """Convert one task; errors of any kind become findings of its result."""
     load_scipy()
-    from postproc.convert import compensate_program
+    from postproc.runtime.passes import correct_program
 
     try:
-        done = compensate_program(
+        done = correct_program(
             job.sources, _model(job.model, threading.get_ident()), job.options, findings=job.findings
         )
         page = {} if job.page is None or done.plan is None else {job.page: _page(job, done)}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -32,20 +32,6 @@ from postproc.rapid.program.program import Program
 
 SEARCHED = "a search begins here: with one end of its line corrected it would find another place"
 OUT_OF_SCOPE = "it does not weld, and the scope is `welds`"
-ON_CONTROLLER = "all that can be is corrected on the controller"
-
-
-@dataclass(frozen=True, slots=True)
-class OnController:
-    """What a function beside the program corrects while it runs.
-
-    Args:
-        takes: whether the function can correct a statement.
-        everything: it corrects all statements that it can, not only those that numbers cannot correct.
-    """
-
-    takes: Callable[[StatementKey], bool] = lambda _: False
-    everything: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +43,6 @@ class CorrectionPlan:
         places: kind of place in the text where the correction of each statement is written.
         left: statements that stay uncorrected, with the reason.
         unasked: those of them that the scope leaves out.
-        on_controller: those of them whose targets a function corrects while the program runs.
         relaxed: moves whose statement gets one correction for runs that need different ones.
         insertions, pieces: statements to add, and how moves are divided by them.
         transitions: where the correction jumps.
@@ -76,7 +61,6 @@ class CorrectionPlan:
     places: Mapping[StatementKey, Place]
     left: Mapping[StatementKey, str]
     unasked: frozenset[StatementKey]
-    on_controller: frozenset[StatementKey]
     relaxed: frozenset[int]
     insertions: tuple[Insertion, ...]
     pieces: tuple[Pieces, ...]
@@ -88,11 +72,6 @@ class CorrectionPlan:
     expected_m: float
     curve: Array
     arrivals: Arrivals
-
-    def not_by_numbers(self, program: Program) -> list[StatementKey]:
-        """Keys of motion statements not corrected by changed numbers, without those that the scope leaves out."""
-        corrected = {move.event.statement.key for move in self.motion.moves} - self.left.keys()
-        return [s.key for s in program.statements if s.key not in corrected and s.key not in self.unasked]
 
 
 def search_starts(events: Sequence[MotionEvent]) -> dict[StatementKey, str]:
@@ -114,7 +93,8 @@ class Planner:
         exact: the inverse of the model along the motion, from ``invert_model``.
         events: all of the program.
         expected_m: expected to remain on the arm [m].
-        on_controller: which statements a function corrects while the program runs.
+        excluded: statements that stay uncorrected, with the reason.
+        served: statements that another pass corrects where this one does not: their targets count as corrected.
     """
 
     def __init__(
@@ -126,9 +106,10 @@ class Planner:
         program: Program,
         *,
         expected_m: float = 0.0,
-        on_controller: OnController = OnController(),
+        excluded: Mapping[StatementKey, str] = {},
+        served: Set[StatementKey] = frozenset(),
     ) -> None:
-        self.expected_m, self.on_controller = expected_m, on_controller
+        self.expected_m, self.excluded, self.served = expected_m, excluded, served
         self.model, self.motion, self.program = model, motion, program
         self.samples, self.moves = motion.samples, motion.moves
         self.keys = [move.event.statement.key for move in motion.moves]
@@ -186,7 +167,6 @@ class Planner:
             places,
             left,
             frozenset(self.unasked),
-            frozenset(key for key in left if self._taken(key)),
             frozenset(i for i, key in enumerate(self.keys) if key in relaxed),
             tuple(added.insertions),
             tuple(p for p in pieces if p.move not in added.refused),
@@ -203,16 +183,13 @@ class Planner:
     def _left_by_choice(self) -> dict[StatementKey, str]:
         """Statements that stay uncorrected whatever their correction is, with the reason.
 
-        They are out of scope, come before a search, are arcs with an unknown start, or are left to a function on the
-        controller.
+        They are out of scope, come before a search, are arcs with an unknown start, or are excluded.
         """
         scope = in_scope(self.moves, self.motion.options)
         within = {key for key, inside in zip(self.keys, scope, strict=True) if inside}
         self.unasked = {key: OUT_OF_SCOPE for key in self.keys if key not in within}
-        left = {**self.unasked, **search_starts(self.events), **arcs_without_start(self.motion)}
-        if self.on_controller.everything:
-            left |= {key: ON_CONTROLLER for key in within if key not in left and self.on_controller.takes(key)}
-        return left
+        excluded = {key: self.excluded[key] for key in self.keys if key in self.excluded}
+        return {**excluded, **self.unasked, **search_starts(self.events), **arcs_without_start(self.motion)}
 
     def _chosen(self, left: Mapping[StatementKey, str]) -> list[int]:
         """Indices of the moves whose statements are not in ``left``."""
@@ -244,16 +221,12 @@ class Planner:
     def _placed(self, left: Mapping[StatementKey, str], goals: Assigned) -> dict[int, Array]:
         """By move, the shift (6,) [m], [rad] of targets that are not where the correction wants them, in work axes.
 
-        It is zero for statements that stay uncorrected, but not for those that a function on the controller corrects.
+        It is zero for statements that stay uncorrected, but not for those that another pass corrects.
 
         Args:
             left: statements that are not corrected by changed numbers.
             goals: what is written for the goals.
         """
-        stays = {key for key in left if not self._taken(key)}
+        stays = left.keys() - self.served | self.unasked.keys()
         placed = self.writer.placed(goals, self.exact)
         return placed | {i: np.zeros(6) for i, key in enumerate(self.keys) if key in stays}
-
-    def _taken(self, key: StatementKey) -> bool:
-        """Whether a function on the controller can correct a statement, and the scope includes it."""
-        return key not in self.unasked and self.on_controller.takes(key)

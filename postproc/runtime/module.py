@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
+from postproc.compensation.text.marks import MODULE_MARKER
 from postproc.diagnostics import PostprocError
 from postproc.model.arm import Model
 from postproc.rapid.evaluation.state import NO_MASS
@@ -16,8 +17,6 @@ from postproc.render.templates import environment, fill, load_template
 from postproc.runtime.conditions import WRIST, Conditions
 from postproc.runtime.tables import CorrectedModel, curves_of
 
-MARKER = "postproc runtime 1"
-"""First words of the comment after MODULE, by which a module of this kind is known."""
 MOST_LOAD = 2.0  # times what the arm carries
 UNKNOWN_LOAD_KG = 1000.0
 NAME = "ppModel"
@@ -73,7 +72,7 @@ def runtime_module(
     if not (name.isascii() and name.isidentifier() and not name.startswith("_") and len(name) <= 32):
         text = f"`{name}` is no name of a module"
         raise PostprocError.of("RUN001", text, help="a letter, then at most 31 letters, digits and underscores")
-    values = {**tables, "module": name, "marker": MARKER, "errors": [*errors]}
+    values = {**tables, "module": name, "marker": MODULE_MARKER, "errors": [*errors]}
     text = fill(load_template(environment(template_dir), "runtime_module.j2"), values)
     return (text.rstrip("\n") + "\n").encode("ascii", "replace")
 

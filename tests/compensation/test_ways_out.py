@@ -7,9 +7,9 @@ import pytest
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
 from postproc.compensation.reading import IN_SEAM, OUT_OF_REACH
-from postproc.convert import compensate_program
 from postproc.diagnostics import Diagnostic, Source
 from postproc.model.file import default_model
+from postproc.runtime.passes import correct_program
 
 HEAD = """MODULE Out
   PERS tooldata tT:=[TRUE,[[0,0,300],[1,0,0,0]],[5,[0,0,150],[1,0,0,0],0,0,0]];
@@ -22,7 +22,7 @@ HEAD = """MODULE Out
 def converted(body: str, **chosen: object) -> Conversion:
     source = Source("out.mod", (HEAD + body + "ENDMODULE\n").encode())
     options = Options(force=(0.0, 0.0, -200.0), inertia=False, **chosen)  # type: ignore[arg-type]
-    return compensate_program(source, default_model("irb4600_60_205"), options)
+    return correct_program(source, default_model("irb4600_60_205"), options)
 
 
 def errors(found: Conversion) -> list[Diagnostic]:

@@ -11,9 +11,9 @@ import pytest
 from postproc import text as text_of
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
-from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import default_model
+from postproc.runtime.passes import correct_program
 from tests.runtime.loading import Loaded
 from tests.worlds.product import ARM, FORCE
 
@@ -51,7 +51,7 @@ def converted(text: str, run_time: str = "where-needed", read_only: str = "", **
     sources = [Source("line.mod", text.encode("latin-1"))]
     sources += [Source("lent.sys", read_only.encode("latin-1"), read_only=True)] if read_only else []
     chosen = Options(tolerance_m=1e-5, force=FORCE, inertia=False, run_time=run_time, **options)  # type: ignore[arg-type]
-    return compensate_program(sources, default_model(ARM), chosen)
+    return correct_program(sources, default_model(ARM), chosen)
 
 
 def written(found: Conversion) -> str:

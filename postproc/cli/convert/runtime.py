@@ -41,7 +41,7 @@ def write(
     import numpy as np
 
     from postproc.diagnostics import has_errors
-    from postproc.results.run_time import written_document
+    from postproc.runtime.document import written_document
     from postproc.runtime.written import write_module
 
     check_outputs((made_for.model, *made_for.effects), output)
@@ -77,7 +77,7 @@ def check(
         tolerance: exit 1 where it is off by more [mm].
         json: print the postproc/runtime/1 document.
     """
-    from postproc.results.run_time import check_document
+    from postproc.runtime.document import check_document
     from postproc.runtime.proof.check import check_module
     from postproc.runtime.tables import corrected_model
 

@@ -99,8 +99,9 @@ def judge_statements(
             what = "the path to this target" if on_the_way else "this target itself"
             off, most = (worst, path) if on_the_way else (at_goal, goal)
             text = f"{what} stays {1e3 * off[farthest]:.3f} mm off, tolerance {1e3 * most[farthest]:g} mm"
-            why, stays = _why(plan, rows, farthest, on_the_way), 1e3 * float(off[farthest])
-            findings.append(finding("CMP006", "warning", statement, text, why, matter=Matter.OFF, length_mm=stays))
+            help_ = ENDS if statement.key in on_controller else _why(plan, rows, farthest, on_the_way, on_controller)
+            stays = 1e3 * float(off[farthest])
+            findings.append(finding("CMP006", "warning", statement, text, help_, matter=Matter.OFF, length_mm=stays))
     unseen, lines = unmeasured(outcomes, events, plan)
     if 0 < unseen == lines:
         text = "no line or arc could be measured: where they begin or end, or the load, is known only at run time"
@@ -110,17 +111,18 @@ def judge_statements(
     return outcomes, findings
 
 
-def _why(plan: CorrectionPlan, rows: Sequence[int], farthest: int, on_the_way: bool) -> str:
+def _why(
+    plan: CorrectionPlan, rows: Sequence[int], farthest: int, on_the_way: bool, on_controller: Set[StatementKey]
+) -> str:
     """Advice that says what keeps a statement from its tolerance.
 
     Args:
         rows: the moves that it makes.
         farthest: the one of them that is farthest off.
         on_the_way: it is farther off on the way than at its goal.
+        on_controller: statements that a function corrects while the program runs.
     """
     moves = plan.motion.moves
-    if moves[farthest].event.statement.key in plan.on_controller:
-        return ENDS
     start = moves[farthest - 1] if farthest and not moves[farthest].first else moves[farthest]
     if plan.places.get(moves[farthest].event.statement.key) == "derived":
         return FOLLOWS
@@ -129,7 +131,7 @@ def _why(plan: CorrectionPlan, rows: Sequence[int], farthest: int, on_the_way: b
     key = start.event.statement.key
     if on_the_way and start.event.statement.source.read_only and key not in plan.places:
         return LENT_START
-    if on_the_way and key in plan.left:
+    if on_the_way and key in plan.left and key not in on_controller:
         return STAYING_START
     whole = next((why for i in rows if (why := plan.refused.get(i) or plan.why_whole(i))), None)
     if whole is not None:

@@ -10,13 +10,13 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.compensation.correction.inverse import command
+from postproc.compensation.text.marks import MODULE_MARKER
 from postproc.diagnostics import PostprocError, Source
 from postproc.model.arm import Model
 from postproc.rapid.data.records import LoadData, ToolData
 from postproc.rapid.motions.units import matrix_pose
 from postproc.robot.kinematics import forward
 from postproc.runtime.conditions import Conditions
-from postproc.runtime.module import MARKER
 from postproc.runtime.proof.calls import NOT_HANDLED, Caller, FunctionCall
 
 TARGETS, AMONG = 24, 12
@@ -73,7 +73,7 @@ def check_module(source: Source, model: Model, every: Sequence[tuple[Conditions,
         PostprocError: RUN002 the file is no such module, RUN003 it holds what cannot be calculated; MOD010 the
             deflection does not settle.
     """
-    if MARKER.encode() not in source.data:
+    if MODULE_MARKER.encode() not in source.data:
         text, help_ = f"`{source.path}` is no module that corrects targets", "name one of `postproc runtime write`"
         raise PostprocError.of("RUN002", text, source, help=help_)
     caller = Caller(source, model)
