@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import cache
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from postproc import text as text_of
@@ -326,12 +325,3 @@ def test_the_scope_holds_for_the_function_too() -> None:
         move("p1", "MoveJ") + weld("p1", "ArcLStart") + weld("pSeen", "ArcLEnd") + move("Offs(pSeen,0,0,50)")
     )
     assert statuses(converted(text, scope="welds"))[2:] == ["run_time", "skipped"]
-
-
-def test_the_same_program_gives_the_same_bytes() -> None:
-    text = program(move("p1", "MoveJ") + move("pSeen"))
-    once = converted(text)
-    converted.cache_clear()
-    again = converted(text)
-    assert (once.outputs, once.module) == (again.outputs, again.module)
-    assert np.isfinite(again.report["run_time"]["max_region_error_mm"])

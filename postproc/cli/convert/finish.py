@@ -31,11 +31,11 @@ def module_file(options: Options, target: Path | None, nothing: bool) -> Path | 
     Raises:
         PostprocError: CLI007, nothing says where, or what stands there is another file.
     """
+    if options.run_time == "off":
+        return None
     from postproc.compensation.text.marks import MODULE_MARKER
     from postproc.runtime.module import NAME
 
-    if options.run_time == "off":
-        return None
     path = options.run_time_module or (target.parent / f"{NAME}.sys" if target is not None else None)
     if path is None and not nothing:
         text = "`--run-time` writes a module beside the output, and the output goes to stdout"

@@ -85,6 +85,6 @@ def check(
     conditions = made_for.conditions(settings, model)
     source = read_source(module)
     with watching(f"running `{module}`"):
-        (found,) = check_module(source, corrected_model(model, conditions).model, [(conditions, targets)])
-    present(check_document(module, model.robot.name, conditions, found), json=json, text=True, aside=True)
-    return 1 if found.raised or not found.corrected or 1e3 * found.largest_m > tolerance else 0
+        (result,) = check_module(source, corrected_model(model, conditions).model, [(conditions, targets)])
+    present(check_document(module, model.robot.name, result), json=json, text=True, aside=True)
+    return 1 if result.raised or not result.corrected or 1e3 * result.largest_m > tolerance else 0

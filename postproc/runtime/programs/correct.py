@@ -150,7 +150,7 @@ def _figures(
     moves = [] if judged.plan is None else judged.plan.motion.moves
     known = [i for i, move in enumerate(moves) if move.event.statement.key in keys]
     after = judged.after
-    checks, chord = [check for _, check in module.checks], module.chord
+    checks, chord = module.checks, module.chord
     return RunTimeFigures(
         mode=options.run_time,
         module=NAME if options.run_time_module is None else options.run_time_module.stem,

@@ -110,15 +110,15 @@ def _in_body(
     source = routine.source
     for statement in body:
         if _grips(program, routine, statement):
-            told = f"{PAYLOAD}:={_loaded(source, statement)};"
+            assignment = f"{PAYLOAD}:={_loaded(source, statement)};"
             start, end = statement.span
             lead, newline = line_style(source.data, start)
             if around is None:
-                yield ((source, Edit(end, end, newline + lead + told.encode("latin-1"))),)
+                yield ((source, Edit(end, end, newline + lead + assignment.encode("latin-1"))),)
             else:
                 yield (
                     (source, Edit(start, start, b"THEN ")),
-                    (source, Edit(end, end, b" " + told.encode("latin-1") + b" ENDIF")),
+                    (source, Edit(end, end, b" " + assignment.encode("latin-1") + b" ENDIF")),
                 )
         for branch in statement.branches:
             alone = statement.kind == "if" and [s.span[1] for s in branch.body] == [statement.span[1]]
@@ -127,8 +127,8 @@ def _in_body(
 
 def _grips(program: Program, routine: Routine, statement: Statement) -> bool:
     """Whether a statement is a call of the built-in `GripLoad`."""
-    own = program.routine(statement.word, routine.module)
-    return statement.kind == "call" and statement.word == "gripload" and own is None
+    called = program.routine(statement.word, routine.module)
+    return statement.kind == "call" and statement.word == "gripload" and called is None
 
 
 def _loaded(source: Source, statement: Statement) -> str:
@@ -156,24 +156,24 @@ def _name_findings(program: Program, source: Source) -> Iterator[Diagnostic]:
     What a routine of the module declares itself, loop variables and labels too, means its own there.
     """
     (made,), _ = parse(source)
-    own = {made.name.lower(), *(r.name.lower() for r in made.routines if not r.local)}
-    own |= {d.name.lower() for d in made.declarations if d.scope != "LOCAL"}
+    public = {made.name.lower(), *(r.name.lower() for r in made.routines if not r.local)}
+    public |= {d.name.lower() for d in made.declarations if d.scope != "LOCAL"}
     hiding = {d.name.lower() for d in made.declarations} | {r.name.lower() for r in made.routines}
     used = {word for d in made.declarations for word, _ in names_at(source, d.span)}
     used |= {word for r in made.routines for word, _ in names_at(source, r.span) if word not in names_of(r)}
-    used = (used - hiding) | own
+    used = (used - hiding) | public
     for module in program.modules:
-        if module.name.lower() in own:
+        if module.name.lower() in public:
             yield _clash(module.name, module.source, module.head)
         for declared in module.declarations:
-            if declared.name.lower() in (own if declared.scope == "LOCAL" else used):
+            if declared.name.lower() in (public if declared.scope == "LOCAL" else used):
                 yield _clash(declared.name, declared.source, declared.span)
         for routine in module.routines:
-            if routine.name.lower() in (own if routine.local else used):
+            if routine.name.lower() in (public if routine.local else used):
                 yield _clash(routine.name, routine.source, routine.span)
             inner = [(d.name, d.source, d.span) for d in routine.declarations]
             inner += [(p.name, routine.source, routine.span) for p in routine.parameters]
-            yield from (_clash(*one) for one in inner if one[0].lower() in own)
+            yield from (_clash(*one) for one in inner if one[0].lower() in public)
 
 
 def _clash(name: str, source: Source, span: tuple[int, int]) -> Diagnostic:

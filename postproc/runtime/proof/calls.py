@@ -144,8 +144,8 @@ class _Arm:
         """Joint angles (6,) [rad] nearest to ``near`` that reach a TCP pose with a tool, (4, 4) each; else NaN."""
         if self.model.robot.opw is not None:
             return nearest_solution(self.model.robot, T_base_tcp @ invert(T_flange_tcp), self.near)
-        found = command(self.model, self.model.state(self.near[None], T_flange_tcp=T_flange_tcp), T_base_tcp[None])
-        return np.asarray(np.where(found.residual_m[0] <= REACHED_M, found.q[0], np.nan))
+        nominal = command(self.model, self.model.state(self.near[None], T_flange_tcp=T_flange_tcp), T_base_tcp[None])
+        return np.asarray(np.where(nominal.residual_m[0] <= REACHED_M, nominal.q[0], np.nan))
 
     def target(self, joints: JointTarget, situation: Situation) -> RobTarget:
         """The robtarget of joint angles, as CalcRobT computes it with the tool of the situation."""

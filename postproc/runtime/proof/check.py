@@ -32,6 +32,7 @@ class Check:
     """How a module corrects targets drawn from the region.
 
     Args:
+        mass: of the load with which it is called [kg].
         corrected: number of targets that it corrects.
         returned: number of those that it returns unchanged, by the value of `ppReason`.
         raised: number of targets at which an error leaves the function.
@@ -40,6 +41,7 @@ class Check:
         steps: largest number of statements run for a corrected target.
     """
 
+    mass: float
     corrected: int
     returned: dict[int, int]
     raised: int
@@ -48,15 +50,14 @@ class Check:
     correction_m: float
     steps: int
 
-
-def said(found: Check, done: Conditions) -> str:
-    """One line of text on a check: number of targets, largest and rms error, largest correction, targets returned."""
-    returned = ", ".join(f"{times} {REASONS.get(why, 'by an error')}" for why, times in found.returned.items())
-    return (
-        f"with {done.mass:g} kg, over {found.corrected} targets drawn from the region: largest error "
-        f"{1e3 * found.largest_m:.4f} mm, rms {1e3 * found.rms_m:.4f} mm, largest correction "
-        f"{1e3 * found.correction_m:.3f} mm; returned as they came: {returned or 'none'}"
-    )
+    def __str__(self) -> str:
+        """The result in one line of text: number of targets, largest and rms error, correction, targets returned."""
+        returned = ", ".join(f"{times} {REASONS.get(why, 'by an error')}" for why, times in self.returned.items())
+        return (
+            f"with {self.mass:g} kg, over {self.corrected} targets drawn from the region: largest error "
+            f"{1e3 * self.largest_m:.4f} mm, rms {1e3 * self.rms_m:.4f} mm, largest correction "
+            f"{1e3 * self.correction_m:.3f} mm; returned as they came: {returned or 'none'}"
+        )
 
 
 def check_module(source: Source, model: Model, every: Sequence[tuple[Conditions, int]]) -> tuple[Check, ...]:
@@ -102,12 +103,13 @@ def _check(caller: Caller, model: Model, done: Conditions, q: Array) -> Check:
     desired = forward(model.robot, q) @ done.T_flange_tcp
     exact = command(model, done.states(q), desired)
     good = np.array([answer.reason == 0 for answer in answers], dtype=bool)
-    here = np.array([answer.pose for answer in answers]).reshape(-1, 4, 4)
+    T_answer = np.array([answer.pose for answer in answers]).reshape(-1, 4, 4)
     used = good & (exact.residual_m < SOLVED_M)
-    moved = np.linalg.norm((here - desired)[used, :3, 3], axis=1)
-    far = np.linalg.norm((here - exact.T_base_tcp)[used, :3, 3], axis=1)
+    moved = np.linalg.norm((T_answer - desired)[used, :3, 3], axis=1)
+    far = np.linalg.norm((T_answer - exact.T_base_tcp)[used, :3, 3], axis=1)
     returned = Counter(answer.reason for answer in answers if answer.reason != 0)
     return Check(
+        done.mass,
         int(np.count_nonzero(good)),
         dict(sorted(returned.items())),
         returned[NOT_HANDLED],
