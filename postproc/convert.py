@@ -51,8 +51,8 @@ from postproc.robot.cells.station import Station
 from postproc.watch import Watch, unwatched
 
 PROOF = ("reading back and proving", 0.65, 0.98)  # the step, and the shares of the work at which it begins and ends
-Driven = Callable[[Sequence[MotionEvent], Set[int]], Sequence[MotionEvent]]
-"""Of a written program's events and the indices of some of them: all events, these as the arm gets them."""
+Retarget = Callable[[Sequence[MotionEvent], Set[int]], Sequence[MotionEvent]]
+"""Of a written program's events and the indices of some of them: all events, these with the targets the arm gets."""
 
 
 def compensate_program(
@@ -196,7 +196,7 @@ def _write(draft: Draft, plan: CorrectionPlan) -> Draft:
 
 
 def prove(
-    draft: Draft, watch: Watch, served: Set[StatementKey] = frozenset(), driven: Driven | None = None
+    draft: Draft, watch: Watch, served: Set[StatementKey] = frozenset(), retarget: Retarget | None = None
 ) -> tuple[JudgedProgram, tuple[Diagnostic, ...]]:
     """Follow the written text, compare its deviation with the original's, and judge every statement.
 
@@ -204,7 +204,7 @@ def prove(
         draft: has a plan.
         watch: is told how far the proof is.
         served: statements that another pass corrects.
-        driven: where the arm is sent in these statements; None if that is what stands in the text.
+        retarget: where the arm is sent in these statements; None if that is what stands in the text.
 
     Returns:
         What is known of the program, and all findings: those of the draft, of accuracy, joint limits, seams, and of
@@ -216,7 +216,7 @@ def prove(
     assert draft.plan is not None
     plan, program, events, model = draft.plan, draft.program, draft.events, draft.model
     source = program.sources[0]
-    ((before, after), *others), configured = _deviations(draft, plan, watch, served, driven)
+    ((before, after), *others), configured = _deviations(draft, plan, watch, served, retarget)
     figures = figures_of(plan, before, after)
     draft = draft.with_findings(worsened(figures, plan, source))
     outcomes, unlike = judge_statements(program, events, plan, after, served)
@@ -255,12 +255,12 @@ def prove(
 
 
 def _deviations(
-    draft: Draft, plan: CorrectionPlan, watch: Watch, served: Set[StatementKey], driven: Driven | None
+    draft: Draft, plan: CorrectionPlan, watch: Watch, served: Set[StatementKey], retarget: Retarget | None
 ) -> tuple[list[tuple[Deviation, Deviation]], frozenset[StatementKey]]:
     """Deviations of the original and of the written program (`deviations_of`), and statements with changed confdata.
 
     Args:
-        served, driven: as of ``prove``.
+        served, retarget: as of ``prove``.
 
     Raises:
         Refused: CMP004, the arm cannot run what is written.
@@ -269,8 +269,8 @@ def _deviations(
     ran, owners = run_again(
         draft.program, draft.texts, plan.insertions, events, draft.options, station=draft.model.station
     )
-    if driven is not None and owners is not None:
-        ran = [*driven(ran, {j for j, i in enumerate(owners) if events[i].statement.key in served})]
+    if retarget is not None and owners is not None:
+        ran = [*retarget(ran, {j for j, i in enumerate(owners) if events[i].statement.key in served})]
     try:
         return deviations_of(draft.model, plan, ran, owners, watch, PROOF), changed_confdata(events, ran, owners)
     except PostprocError as error:

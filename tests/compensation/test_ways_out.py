@@ -39,6 +39,7 @@ def test_one_bad_target_is_told_with_what_corrects_the_rest() -> None:
     assert stop.help.endswith("or correct all but such statements: `--allow-partial`")
     found = converted(ONE_BAD, allow_partial=True)
     assert found.exit_code == 0 and [o.status for o in found.outcomes] == ["compensated", "skipped", "compensated"]
+    assert "RUN007" not in {d.code for d in found.diagnostics}, "nor does the function correct it"
 
 
 def test_where_nothing_would_be_left_the_rest_is_not_offered() -> None:

@@ -325,3 +325,8 @@ def test_the_scope_holds_for_the_function_too() -> None:
         move("p1", "MoveJ") + weld("p1", "ArcLStart") + weld("pSeen", "ArcLEnd") + move("Offs(pSeen,0,0,50)")
     )
     assert statuses(converted(text, scope="welds"))[2:] == ["run_time", "skipped"]
+
+
+def test_the_function_does_not_know_a_taught_work_object() -> None:
+    found = converted(program(move("p1", "MoveJ") + move("pSeen")), wobj_taught=("wPlate",))
+    assert (codes(found), found.outputs) == (["MOD012"], {})
