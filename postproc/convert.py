@@ -161,8 +161,8 @@ def _move(draft: Draft) -> Draft:
     program may be corrected alone: the motion is then read again without them, until it can be run.
     """
     model, findings = applicable_model(draft.model, draft.events, draft.options)
-    events, motion, more = read_runnable(model, draft.events, draft.options, draft.unsure)
-    draft = replace(draft, events=events, model=model).with_findings([*findings, *more])
+    events, motion, further = read_runnable(model, draft.events, draft.options, draft.unsure)
+    draft = replace(draft, events=events, model=model).with_findings([*findings, *further])
     reasons = any(e.reason is not None and not e.statement.source.read_only for e in events)
     lost = motion is None or (reasons and all(move.T_work_tcp is None for move in motion.moves))
     return replace(draft, motion=None if lost else motion)
@@ -179,9 +179,9 @@ def _correct(draft: Draft, motion: Motion) -> tuple[Draft, Exact]:
     exact = invert_model(model, motion)
     findings = [*doubt_flange_mass(model, motion), *not_taught(taught, shifts, program)]
     shifts = with_rests(shifts, motion.samples, exact.T_base_flange)
-    expected, more = expect_on_arm(model, motion, exact, program.sources[0])
+    expected, further = expect_on_arm(model, motion, exact, program.sources[0])
     draft = replace(draft, motion=motion, shifts=shifts, expected=expected)
-    return draft.with_findings([*findings, *more]), exact
+    return draft.with_findings([*findings, *further]), exact
 
 
 def _write(draft: Draft, plan: CorrectionPlan) -> Draft:
@@ -224,15 +224,15 @@ def prove(
     seams = find_seams(outcomes, plan, before, after)
     findings = with_advice(unlike, events, program, draft.measured)
     findings += [*partial_seams(seams, draft.options.allow_partial), *unfinished_seams(events)]
-    worlds, more = check_written(program, events, draft.texts, plan, outcomes)
-    draft = draft.with_findings([*findings, *more])
+    worlds, further = check_written(program, events, draft.texts, plan, outcomes)
+    draft = draft.with_findings([*findings, *further])
     findings = check_choices(model, program, events, draft.texts, plan)
-    limits, more = check_corrected(model.robot, plan, source)
+    limits, further = check_corrected(model.robot, plan, source)
     unseen, lines = unmeasured(outcomes, events, plan)
     drawn = doubt_drawn(draft.shifts, plan.motion.moves, draft.options)
-    draft = draft.with_findings([*findings, *more, *drawn])
+    draft = draft.with_findings([*findings, *further, *drawn])
     # What a fit knows is the arm with everything that its model holds.
-    whole = not any(d.matter is Matter.NOT_WHOLE for d in draft.findings)
+    complete = not any(d.matter is Matter.NOT_WHOLE for d in draft.findings)
     judged = JudgedProgram(
         options=plan.motion.options,
         outcomes=tuple(outcomes),
@@ -246,7 +246,7 @@ def prove(
         figures=figures,
         shifts=draft.shifts,
         drawn=figures_of(plan, *others[0]) if others else None,
-        accuracy=draft.expected.accuracy if whole else None,
+        accuracy=draft.expected.accuracy if complete else None,
         limits=limits,
         worlds=worlds,
         remaining=draft.expected.remaining,

@@ -100,9 +100,9 @@ def header_edit(env: SandboxedEnvironment, source: Source, head_end: int, values
     data = source.data
     _, newline = line_style(data, max(0, head_end - 1))
     line_end = data.find(b"\n", head_end)
-    rest = data[head_end : line_end if line_end >= 0 else len(data)]
+    behind = data[head_end : line_end if line_end >= 0 else len(data)]
     # Something else on the MODULE line: a comment stays there, code is moved to a line of its own.
-    alone = line_end >= 0 and (not rest.strip() or rest.lstrip().startswith(b"!"))
+    alone = line_end >= 0 and (not behind.strip() or behind.lstrip().startswith(b"!"))
     offset = line_end + 1 if alone else head_end
     text = fill(load_template(env, "header.j2"), {**values, "indent": indent_after(data, head_end)})
     lines = [line.encode("latin-1", "replace") for line in text.split("\n")]

@@ -126,12 +126,12 @@ class _Probe:
         unit = [part / largest[:, None] for part in self.moves(still, np.diag(largest))[:2]]
         unit = [unit[0] - joint / largest[:, None], unit[1] - body / largest[:, None]]
         compliance = np.array([unit[1][6 + 6 * b :, 6 * b : 6 * b + 6][:6].T for b in range(7)])
-        of_own_joint = np.stack([twisted[j][:, j] for j in range(6)], axis=1)
+        by_its_torque = np.stack([twisted[j][:, j] for j in range(6)], axis=1)
         bent = np.einsum("bik,nbk->nbi", compliance, w[:, 6:].reshape(-1, 7, 6)).reshape(len(q), -1)
-        expected = joint + sum(turned) + of_own_joint, body + bent, np.zeros(6)
+        expected = joint + sum(turned) + by_its_torque, body + bent, np.zeros(6)
         if any(np.abs(a - b).max() > SAME for a, b in zip(self.moves(q, w), expected, strict=True)):
             return None
-        linear = np.abs(of_own_joint - w[:, :6] * np.diag(unit[0])).max(axis=0) <= SAME
+        linear = np.abs(by_its_torque - w[:, :6] * np.diag(unit[0])).max(axis=0) <= SAME
         return RunTimeTables(
             joint,
             np.where(linear, np.diag(unit[0]), 0.0),

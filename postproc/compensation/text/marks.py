@@ -25,7 +25,7 @@ def say_corrected_before(sources: Iterable[Source]) -> Iterator[Diagnostic]:
 
     A file without its header in which only numbers were changed is not recognised.
     """
-    own = "the program was compensated before", "start from the original, or take the postproc lines out"
+    program = "the program was compensated before", "start from the original, or take the postproc lines out"
     read_only = (
         "the file that is read along was compensated before: its targets hold the correction",
         "lend the original",
@@ -33,7 +33,7 @@ def say_corrected_before(sources: Iterable[Source]) -> Iterator[Diagnostic]:
     for source in sources:
         span = _mark(source)
         if span is not None:
-            text, help_ = read_only if source.read_only else own
+            text, help_ = read_only if source.read_only else program
             yield Diagnostic("CMP001", "error", text, source, span, help_)
 
 

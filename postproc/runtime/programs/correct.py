@@ -81,10 +81,10 @@ def correct_at_run_time(draft: Draft, watch: Watch) -> Conversion | None:
     draft = draft.with_findings([*_say_unreachable(draft), *module.diagnostics, *say_unfit(program, model, source)])
     loads = payload_edits(program)
     if plan is None:
-        outcomes, more = unknown_outcomes(program, draft.events, keys)
+        outcomes, further = unknown_outcomes(program, draft.events, keys)
         lines = sum(o.statement.interpolation in ("line", "arc") for o in outcomes)
         judged = JudgedProgram(options=options, outcomes=tuple(outcomes), lines=lines, unmeasured=lines)
-        findings = (*draft.findings, *more)
+        findings = (*draft.findings, *further)
     else:
         watch(PROOF[0], PROOF[1])
         judged, findings = prove(
