@@ -159,11 +159,11 @@ def compensate(program: Program | str | Path, model: Model, options: Options | N
         program: as read, or the path of its file. model: the real arm. options: the defaults if None.
     """
     from postproc.compensation.options import Options
-    from postproc.convert import compensate_program
     from postproc.files import read_source
+    from postproc.runtime.passes import correct_program
 
     sources = [read_source(program)] if isinstance(program, str | Path) else program.sources
-    return compensate_program(sources, model, options or Options())
+    return correct_program(sources, model, options or Options())
 
 
 def diff(a: Program, b: Program, tolerance_mm: float = 0.001) -> ProgramDiff:

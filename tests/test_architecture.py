@@ -23,10 +23,10 @@ ROOMS = (
     "patterns",
     "identification",
     "render",
-    "runtime",
     "report",
     "results",
     "convert",
+    "runtime",
     "settings",
     "settings_files",
     "tasks",
@@ -88,7 +88,7 @@ FLOORS = {
     "estimation": ("errors", "problem", "linear", "solution", "leftover", "fitted", "recorded", "findings"),
     "identification": ("candidates", "state", "diagnosis", "interventions"),
     "report": ("blocks", "document", "drawing", "page"),
-    "runtime": ("conditions", "tables", "module", "proof", "written", "programs"),
+    "runtime": ("conditions", "tables", "module", "proof", "written", "programs", "passes"),
 }
 
 

@@ -60,11 +60,11 @@ def convert(job: Job) -> tuple[TaskRecord, Mapping[str, bytes]]:
         What became of it, and its files by path in the tree.
     """
     load_scipy()
-    from postproc.convert import compensate_program
+    from postproc.runtime.passes import correct_program
 
     try:
         model = _model(job.model, threading.get_ident())
-        done = compensate_program(job.sources, model, job.options, findings=job.findings)
+        done = correct_program(job.sources, model, job.options, findings=job.findings)
         page = {} if job.page is None or done.plan is None else {job.page: _page(job, done)}
     except PostprocError as error:
         return failed(job.name, job.key, error.diagnostics), {}

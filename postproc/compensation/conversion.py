@@ -1,22 +1,89 @@
-"""What a conversion gives: corrected files, findings, and what the proof of the written text has shown."""
+"""A conversion: a draft until its text is written, what the proof of that has shown, and what comes out."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from postproc.compensation.correction.deviation import Deviation
 from postproc.compensation.correction.rigid_shift import RigidShift
-from postproc.compensation.judgement.accuracy import Accuracy
+from postproc.compensation.judgement.accuracy import Accuracy, Expected
 from postproc.compensation.judgement.figures import PathFigures
 from postproc.compensation.judgement.seams import Seam
 from postproc.compensation.options import Options
+from postproc.compensation.path.motion import Motion
 from postproc.compensation.plan import CorrectionPlan
 from postproc.compensation.text.values import StatementOutcome
-from postproc.diagnostics import Diagnostic
+from postproc.diagnostics import Diagnostic, has_errors
 from postproc.model.arm import Model
 from postproc.motion.timing.limits import LimitReport
+from postproc.rapid.data.events import MotionEvent, StatementKey
+from postproc.rapid.program.program import Program
+from postproc.rapid.syntax.edits import Edit
+
+
+class Refused(Exception):
+    """Ends a conversion with findings: an error forbids it, or nothing in the program moves the arm (exit code 0)."""
+
+    def __init__(self, *findings: Diagnostic, exit_code: int = 1) -> None:
+        self.findings, self.exit_code = findings, exit_code
+
+
+@dataclass(frozen=True)
+class Draft:
+    """The program, its motions, and the model of the arm as far as it holds for them; then the plan and the text.
+
+    Args:
+        events: the motions in order of execution.
+        findings: of all steps so far.
+        measured: findings at data that the program itself measures, by key of the data.
+        served: statements that another pass corrects where changed numbers do not: their targets count as corrected.
+        excluded: statements that changed numbers must not correct, with the reason.
+        unsure: statements whose targets count as unknown where the arm cannot run what the files say.
+        motion: path and timing; None before they are read, or where no target is known before the program runs.
+        shifts: how much of the correction in each work object is one rigid motion.
+        expected: to remain on the arm, once the correction is known.
+        plan: which targets are changed and added; None where nothing is known of the motion.
+        edits, texts: of each file, by path, the edits without header, and the bytes with these edits.
+        remedy: what would correct targets that are known only at run time, in words; empty where nothing is known.
+    """
+
+    program: Program
+    events: list[MotionEvent]
+    model: Model
+    options: Options
+    findings: tuple[Diagnostic, ...] = ()
+    measured: Mapping[str, Diagnostic] = field(default_factory=dict)
+    served: frozenset[StatementKey] = frozenset()
+    excluded: Mapping[StatementKey, str] = field(default_factory=dict)
+    unsure: frozenset[StatementKey] = frozenset()
+    motion: Motion | None = None
+    shifts: tuple[RigidShift, ...] = ()
+    expected: Expected = Expected()
+    plan: CorrectionPlan | None = None
+    edits: Mapping[str, Sequence[Edit]] = field(default_factory=dict)
+    texts: Mapping[str, bytes] = field(default_factory=dict)
+    remedy: str = ""
+
+    def not_corrected(self) -> list[StatementKey]:
+        """Keys of motion statements that changed numbers do not correct, and neither scope nor their seam leaves."""
+        keys = [s.key for s in self.program.statements]
+        if self.plan is None:
+            return keys
+        corrected = {move.event.statement.key for move in self.plan.motion.moves} - self.plan.left.keys()
+        settled = corrected | self.plan.unasked | self.plan.seam_mates
+        return [key for key in keys if key not in settled]
+
+    def with_findings(self, findings: Sequence[Diagnostic], exit_code: int = 1) -> Draft:
+        """The draft with the findings of a further step.
+
+        Raises:
+            Refused: an error is among them; the command ends with this exit code.
+        """
+        if has_errors(findings):
+            raise Refused(*self.findings, *findings, exit_code=exit_code)
+        return replace(self, findings=(*self.findings, *findings))
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -29,20 +29,6 @@ from postproc.rapid.program.program import Program
 
 SEARCHED = "a search begins here: with one end of its line corrected it would find another place"
 OUT_OF_SCOPE = "it does not weld, and the scope is `welds`"
-ON_CONTROLLER = "all that can be is corrected on the controller"
-
-
-@dataclass(frozen=True, slots=True)
-class OnController:
-    """What a function beside the program corrects while it runs.
-
-    Args:
-        takes: whether the function can correct a statement.
-        everything: it corrects all statements that it can, not only those that numbers cannot correct.
-    """
-
-    takes: Callable[[StatementKey], bool] = lambda _: False
-    everything: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +41,6 @@ class CorrectionPlan:
         left: statements that stay uncorrected, with the reason.
         unasked: those of them that the scope leaves out.
         seam_mates: those of them that stay since another statement of their seam cannot be corrected.
-        on_controller: those of them whose targets a function corrects while the program runs.
         relaxed: moves whose statement gets one correction for runs that need different ones.
         insertions, pieces: statements to add, and how moves are divided by them.
         transitions: where the correction jumps.
@@ -74,7 +59,6 @@ class CorrectionPlan:
     left: Mapping[StatementKey, str]
     unasked: frozenset[StatementKey]
     seam_mates: frozenset[StatementKey]
-    on_controller: frozenset[StatementKey]
     relaxed: frozenset[int]
     insertions: tuple[Insertion, ...]
     pieces: tuple[Pieces, ...]
@@ -85,12 +69,6 @@ class CorrectionPlan:
     division_tolerance: Array
     expected_m: float
     curve: Array
-
-    def not_by_numbers(self, program: Program) -> list[StatementKey]:
-        """Keys of motion statements that changed numbers do not correct, and neither scope nor their seam leaves."""
-        settled = {move.event.statement.key for move in self.motion.moves} - self.left.keys()
-        settled |= self.unasked | self.seam_mates
-        return [s.key for s in program.statements if s.key not in settled]
 
 
 def search_starts(events: Sequence[MotionEvent]) -> dict[StatementKey, str]:
@@ -112,7 +90,8 @@ class Planner:
         exact: the inverse of the model along the motion, from ``invert_model``.
         events: all of the program.
         expected_m: expected to remain on the arm [m].
-        on_controller: which statements a function corrects while the program runs.
+        excluded: statements that stay uncorrected, with the reason.
+        served: statements that another pass corrects where this one does not: their targets count as corrected.
     """
 
     def __init__(
@@ -124,9 +103,10 @@ class Planner:
         program: Program,
         *,
         expected_m: float = 0.0,
-        on_controller: OnController = OnController(),
+        excluded: Mapping[StatementKey, str] = {},
+        served: Set[StatementKey] = frozenset(),
     ) -> None:
-        self.expected_m, self.on_controller = expected_m, on_controller
+        self.expected_m, self.excluded, self.served = expected_m, excluded, served
         self.model, self.motion, self.program = model, motion, program
         self.samples, self.moves = motion.samples, motion.moves
         self.keys = [move.event.statement.key for move in motion.moves]
@@ -180,7 +160,6 @@ class Planner:
             left=staying,
             unasked=self.unasked,
             seam_mates=mates,
-            on_controller=frozenset(staying) - stays,
             relaxed=frozenset(i for i, key in enumerate(self.keys) if key in relaxed),
             insertions=tuple(added.insertions),
             pieces=tuple(p for p in pieces if p.move not in added.refused or not p.goals),
@@ -199,10 +178,9 @@ class Planner:
         Numbers that a statement which stays shares with others must not change, its seam stays with it, and so may the
         start of an arc. That is followed until nothing more stays; without such a statement nothing is done twice.
         """
-        staying = {**dict.fromkeys(self.unasked, OUT_OF_SCOPE), **search_starts(self.events)}
+        staying = {key: self.excluded[key] for key in self.keys if key in self.excluded}
+        staying |= {**dict.fromkeys(self.unasked, OUT_OF_SCOPE), **search_starts(self.events)}
         staying |= arcs_without_start(self.motion)
-        if self.on_controller.everything:
-            staying |= {key: ON_CONTROLLER for key in self.keys if key not in staying and self._taken(key)}
         mates: dict[StatementKey, str] = {}
         while True:
             if not self.motion.options.allow_partial:
@@ -267,5 +245,5 @@ class Planner:
         return divided_alike(self.samples, divide_moves(self.division, curve, divisible), divisible)
 
     def _taken(self, key: StatementKey) -> bool:
-        """Whether a function on the controller can correct a statement, and the scope includes it."""
-        return key not in self.unasked and self.on_controller.takes(key)
+        """Whether another pass corrects a statement, and the scope includes it."""
+        return key in self.served and key not in self.unasked

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence, Set
 from dataclasses import replace
 
 import numpy as np
@@ -21,7 +21,7 @@ from postproc.model.arm import Model
 from postproc.motion.findings import once
 from postproc.motion.path.moves import read_moves
 from postproc.motion.values import Move, goal_axes
-from postproc.rapid.data.events import MotionEvent
+from postproc.rapid.data.events import MotionEvent, StatementKey
 from postproc.rapid.data.records import RobTarget
 from postproc.rapid.execution.walk import forgiven
 from postproc.rapid.program.program import Program
@@ -30,13 +30,10 @@ from postproc.rapid.unknown import Kind, Unknown, set_first
 IMPOSSIBLE = Unknown(Kind.IMPOSSIBLE)
 OUT_OF_REACH = IMPOSSIBLE.reason
 IN_SEAM = Unknown(Kind.IN_SEAM)
+UNREACHABLE = "what stands in the files for its target cannot be run"
 TRANSITION_INTERVALS = 64  # samples of a move in which the correction jumps
 SWIFT_INTERVALS = 32
 MOST_UNFOLLOWED = 0.05  # share of a program's motions that are left for that; of more it is hardly this arm's program
-
-
-Without = Callable[[list[MotionEvent], list[Diagnostic]], tuple[list[MotionEvent], list[Diagnostic]]]
-"""Of events and the findings of their motion: events without the targets in error, and the findings as warnings."""
 
 
 def read_samples(
@@ -103,30 +100,62 @@ def read_motion(
 
 
 def read_runnable(
-    model: Model,
-    events: list[MotionEvent],
-    options: Options,
-    without: Without,
+    model: Model, events: list[MotionEvent], options: Options, unsure: Set[StatementKey] = frozenset()
 ) -> tuple[list[MotionEvent], Motion | None, list[Diagnostic]]:
     """The motion of a program, read again without the targets that it cannot run as long as some may be left out.
 
     Args:
-        without: leaves out targets; it gives no findings where nothing may be left out.
+        unsure: statements whose targets count as unknown where the arm cannot run them.
 
     Returns:
-        The events that are left, their motion (None if an error makes it impossible), and all findings, each once.
+        The events with a target, their motion (None if an error makes it impossible), and all findings, each once.
     """
-    (motion, findings), said = read_motion(model, events, options), list[Diagnostic]()
+    (motion, findings), warnings = read_motion(model, events, options), list[Diagnostic]()
     while has_errors(findings):  # without an error the reading goes further, and may meet another
-        events, left = without(events, findings)
-        if not left:
+        fewer, more = _without_unsure(events, findings, unsure), list[Diagnostic]()
+        if fewer is events and (options.allow_partial or few_ways(events, findings)):
+            fewer, more = without_impossible(events, findings)
+        if fewer is events:
             break
-        (motion, findings), said = read_motion(model, events, options), [*said, *left]
-    return events, motion, once([*findings, *said])
+        events, warnings = fewer, [*warnings, *more]
+        motion, findings = read_motion(model, events, options)
+    findings = once([*findings, *warnings])
+    return events, motion, findings if options.allow_partial else with_way_out(events, findings)
+
+
+def _without_unsure(
+    events: list[MotionEvent], findings: Sequence[Diagnostic], unsure: Set[StatementKey]
+) -> list[MotionEvent]:
+    """Events without targets of which the files state what no run may have, where the arm cannot run that.
+
+    Args:
+        findings: of the motion; an error in the text of a statement means that its target cannot be run, unless it is
+            one about the cell, which no other target would mend.
+        unsure: statements of such targets.
+
+    Returns:
+        The same events where there is no such statement.
+    """
+    wrong = {
+        (d.source, d.span[0]) for d in findings if d.severity == "error" and d.matter is not Matter.CELL and d.span
+    }
+    bad = {
+        e.statement.key
+        for e in events
+        if e.reason is None
+        and e.statement.key in unsure
+        and any(s == e.statement.source and e.statement.span[0] <= at < e.statement.span[1] for s, at in wrong)
+    }
+    return [hidden(e, UNREACHABLE) if e.statement.key in bad else e for e in events] if bad else events
+
+
+def hidden(event: MotionEvent, reason: str) -> MotionEvent:
+    """The event without its target and circle point, as one whose target is known only at run time, for that reason."""
+    return replace(event, target=None, via=None, reason=reason)
 
 
 def without_impossible(
-    events: Sequence[MotionEvent], findings: Sequence[Diagnostic]
+    events: list[MotionEvent], findings: Sequence[Diagnostic]
 ) -> tuple[list[MotionEvent], list[Diagnostic]]:
     """Events without the targets of statements that the arm cannot run as they are programmed, nor of their seams.
 
@@ -138,25 +167,26 @@ def without_impossible(
         statement that has a target, the events are unchanged and there are no findings.
     """
     errors = [d for d in findings if d.severity == "error"]
-    wrong = {(d.source.path, d.span[0]) for d in errors if d.source is not None and d.span is not None}
-    bad = {
-        e.statement.key
-        for e in events
-        if IMPOSSIBLE not in e.unknowns
-        and any(p == e.statement.source.path and e.statement.span[0] <= at < e.statement.span[1] for p, at in wrong)
-    }
+    bad = _statements_at(errors, [e for e in events if IMPOSSIBLE not in e.unknowns])
     if not bad or any(d.source is None or d.span is None for d in errors):
-        return list(events), []
+        return events, []
     in_text = sorted({e.statement.key: e.statement for e in events}.values(), key=lambda s: (s.source.path, s.span))
     mates = seam_mates(dict.fromkeys(bad, OUT_OF_REACH), in_text)
-    known = [_without_target(e, IMPOSSIBLE) if e.statement.key in bad else e for e in events]
-    known = [_without_target(e, IN_SEAM) if e.statement.key in mates and e.reason is None else e for e in known]
-    return known, [forgiven(d) for d in findings]
+    fewer = [_without_target(e, IMPOSSIBLE) if e.statement.key in bad else e for e in events]
+    fewer = [_without_target(e, IN_SEAM) if e.statement.key in mates and e.reason is None else e for e in fewer]
+    return fewer, [forgiven(d) for d in findings]
+
+
+def _statements_at(findings: Sequence[Diagnostic], events: Sequence[MotionEvent]) -> set[StatementKey]:
+    """Keys of those statements of events in whose text findings have their place."""
+    places = {(d.source.path, d.span[0]) for d in findings if d.source is not None and d.span is not None}
+    spans = {e.statement.key: (e.statement.source.path, e.statement.span) for e in events} if places else {}
+    return {key for key, (path, (a, b)) in spans.items() if any(p == path and a <= at < b for p, at in places)}
 
 
 def _without_target(event: MotionEvent, why: Unknown) -> MotionEvent:
     """The event without its target, for that reason."""
-    return replace(event, target=None, via=None, reason=why.reason, unknowns=(why,))
+    return replace(hidden(event, why.reason), unknowns=(why,))
 
 
 def few_ways(events: Sequence[MotionEvent], findings: Sequence[Diagnostic]) -> bool:
@@ -172,10 +202,10 @@ def few_ways(events: Sequence[MotionEvent], findings: Sequence[Diagnostic]) -> b
     return all(d.matter is Matter.UNFOLLOWABLE for d in errors) and len(left) + len(places) <= few
 
 
-def with_way_out(events: Sequence[MotionEvent], findings: Sequence[Diagnostic]) -> list[Diagnostic]:
+def with_way_out(events: list[MotionEvent], findings: Sequence[Diagnostic]) -> list[Diagnostic]:
     """The findings, in which the first error also advises ``--allow-partial`` if that leaves anything to correct."""
-    left, said = without_impossible(events, findings)
-    if not said or not any(e.reason is None and e.target is not None for e in left):
+    fewer, warnings = without_impossible(events, findings)
+    if not warnings or not any(e.reason is None and e.target is not None for e in fewer):
         return list(findings)
     first = next(i for i, d in enumerate(findings) if d.severity == "error")
     help_ = f"{findings[first].help}; or correct all but such statements: `--allow-partial`"
@@ -183,14 +213,14 @@ def with_way_out(events: Sequence[MotionEvent], findings: Sequence[Diagnostic]) 
 
 
 def no_known_target(
-    program: Program, events: Sequence[MotionEvent], findings: Sequence[Diagnostic], reachable: int = 0
+    program: Program, events: Sequence[MotionEvent], findings: Sequence[Diagnostic], remedy: str = ""
 ) -> Diagnostic:
     """CMP003, an error: no target can be corrected; with the commonest reason and one remedy.
 
     Args:
         events: all of the program.
         findings: of the program so far, from which reason and remedy are taken.
-        reachable: number of statements that a function on the controller could correct.
+        remedy: what would correct targets that are known only at run time, in words.
     """
     own = [e for e in events if not e.statement.source.read_only and e.statement.interpolation != "none"]
     known = next((e for e in own if e.reason is None and isinstance(e.target, RobTarget)), None)
@@ -204,8 +234,7 @@ def no_known_target(
     # A tool or frame that the program measures.
     measured = next((d.help for d in findings if d.matter is Matter.MEASURED), None)
     sets = next((set_first(e.unknowns) for e in own if e.reason == most), None)
-    run_time = f"`--run-time where-needed` corrects {reachable} of its motion statements on the controller"
-    help_ = measured or (run_time if reachable else sets or "`postproc inspect` has the reason of every statement")
+    help_ = measured or remedy or sets or "`postproc inspect` has the reason of every statement"
     source, span = (own[0].statement.source, own[0].statement.span) if own else (program.sources[0], None)
     return Diagnostic("CMP003", "error", text, source, span, why + help_)
 

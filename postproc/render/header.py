@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from jinja2.sandbox import SandboxedEnvironment
 
 from postproc import __version__
-from postproc.compensation.conversion import JudgedProgram
+from postproc.compensation.conversion import Draft, JudgedProgram
 from postproc.compensation.judgement.accuracy import estimated_stiffness
 from postproc.compensation.options import Options
 from postproc.diagnostics import Source
@@ -16,7 +16,29 @@ from postproc.model.arm import Model
 from postproc.numbers import mm
 from postproc.rapid.syntax.edits import Edit
 from postproc.render.lines import indent_after, line_style
-from postproc.render.templates import fill, load_template
+from postproc.render.module import render_text
+from postproc.render.templates import environment, fill, load_template
+
+
+def render_outputs(
+    draft: Draft, judged: JudgedProgram, further: Iterable[tuple[Source, Edit]] = ()
+) -> dict[str, bytes]:
+    """The bytes of every file that may change, by path, with a header in each that is edited.
+
+    Args:
+        judged: what the headers say.
+        further: edits beside those of the draft, with the file of each.
+    """
+    program, env, values = draft.program, environment(draft.options.template_dir), header_values(draft.model, judged)
+    edits = {s.path: list(draft.edits.get(s.path, ())) for s in program.sources}
+    for source, edit in further:
+        edits[source.path].append(edit)
+    files = [s for s in program.sources if not s.read_only]
+    for s in files:
+        if edits[s.path]:
+            head_end = next(m.head[1] for m in program.modules if m.source is s)
+            edits[s.path].append(header_edit(env, s, head_end, values))
+    return {s.path: render_text(env, s.data, edits[s.path]) for s in files}
 
 
 def header_values(model: Model, judged: JudgedProgram) -> dict[str, Any]:
@@ -78,9 +100,9 @@ def header_edit(env: SandboxedEnvironment, source: Source, head_end: int, values
     data = source.data
     _, newline = line_style(data, max(0, head_end - 1))
     line_end = data.find(b"\n", head_end)
-    line_end_text = data[head_end : line_end if line_end >= 0 else len(data)]
+    behind = data[head_end : line_end if line_end >= 0 else len(data)]
     # Something else on the MODULE line: a comment stays there, code is moved to a line of its own.
-    alone = line_end >= 0 and (not line_end_text.strip() or line_end_text.lstrip().startswith(b"!"))
+    alone = line_end >= 0 and (not behind.strip() or behind.lstrip().startswith(b"!"))
     offset = line_end + 1 if alone else head_end
     text = fill(load_template(env, "header.j2"), {**values, "indent": indent_after(data, head_end)})
     lines = [line.encode("latin-1", "replace") for line in text.split("\n")]

@@ -16,7 +16,7 @@ from postproc.effects.roles import Role
 from postproc.model.arm import Model
 from postproc.robot.kinematics import body_poses
 
-TOLD = frozenset({"q", "payload", "wrench", *FILLED_BY_MODEL})
+KNOWN_CHANNELS = frozenset({"q", "payload", "wrench", *FILLED_BY_MODEL})
 """What a controller knows of the arm at a target; side of approach, speeds and time it does not know yet."""
 
 
@@ -96,12 +96,12 @@ def known_effects(model: Model, channels: Mapping[str, float]) -> tuple[Model, t
     """
     ours = [e for e in model.effects if not e.about_data and not e.is_null and not _moves_instrument(e, model)]
 
-    def told(effect: Effect) -> bool:
+    def is_known(effect: Effect) -> bool:
         """Whether an effect reads only what a controller knows at a target, and is not the error of the tool."""
-        known = all(name in TOLD or name in channels for name in effect.reads)
+        known = all(name in KNOWN_CHANNELS or name in channels for name in effect.reads)
         return known and effect.role is not Role.TOOL_FRAME
 
-    return model.with_effects(*filter(told, ours)), tuple(e.key for e in ours if not told(e))
+    return model.with_effects(*filter(is_known, ours)), tuple(e.key for e in ours if not is_known(e))
 
 
 def _moves_instrument(effect: Effect, model: Model) -> bool:

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
+from postproc.compensation.text.marks import MODULE_MARKER
 from postproc.diagnostics import PostprocError
 from postproc.model.arm import Model
 from postproc.rapid.evaluation.state import NO_MASS
@@ -16,8 +17,6 @@ from postproc.render.templates import environment, fill, load_template
 from postproc.runtime.conditions import WRIST, Conditions
 from postproc.runtime.tables import CorrectedModel, curves_of
 
-MARKER = "postproc runtime 1"
-"""First words of the comment after MODULE, by which a module of this kind is known."""
 MOST_LOAD = 2.0  # times what the arm carries
 UNKNOWN_LOAD_KG = 1000.0
 NAME = "ppModel"
@@ -30,29 +29,29 @@ NOTHING = 1e-15
 """Numbers below that are rounding of a zero (cosines of right angles), and below what a single may hold."""
 
 
-def module_tables(found: CorrectedModel, done: Conditions) -> dict[str, object]:
+def module_tables(corrected: CorrectedModel, done: Conditions) -> dict[str, object]:
     """Values for the template of the module: header lines and all tables, as RAPID text.
 
     Args:
-        found: the part of the model that is corrected at run time.
+        corrected: the part of the model that is corrected at run time.
         done: the conditions that the module is made for.
     """
     return {
-        "header": [*header(found, done)],
+        "header": [*header(corrected, done)],
         "bound": number(1e3 * done.bound_m),
         "force": aggregate(done.force) if done.forced else "",
         "moment": aggregate(done.moment),
         "force_on": done.force_on,
         "region": [(number(a), number(b)) for a, b in np.degrees([done.lower, done.upper]).T.tolist()],
         "no_mass": number(NO_MASS),
-        "most_kg": number(MOST_LOAD * (found.model.robot.payload or UNKNOWN_LOAD_KG)),
+        "most_kg": number(MOST_LOAD * (corrected.model.robot.payload or UNKNOWN_LOAD_KG)),
         "straightest": number(float(np.cos(np.arcsin(WRIST)))),
         "passes": PASSES,
         "largest_turn": number(LARGEST_TURN_DEG),
-        **_arm(found),
-        **_loads(found),
-        **_bodies(found),
-        **_curves(found, done),
+        **_arm(corrected),
+        **_loads(corrected),
+        **_bodies(corrected),
+        **_curves(corrected, done),
     }
 
 
@@ -73,7 +72,7 @@ def runtime_module(
     if not (name.isascii() and name.isidentifier() and not name.startswith("_") and len(name) <= 32):
         text = f"`{name}` is no name of a module"
         raise PostprocError.of("RUN001", text, help="a letter, then at most 31 letters, digits and underscores")
-    values = {**tables, "module": name, "marker": MARKER, "errors": [*errors]}
+    values = {**tables, "module": name, "marker": MODULE_MARKER, "errors": [*errors]}
     text = fill(load_template(environment(template_dir), "runtime_module.j2"), values)
     return (text.rstrip("\n") + "\n").encode("ascii", "replace")
 
@@ -86,9 +85,9 @@ def _frames(model: Model) -> Array:
     return np.array(upright)
 
 
-def _arm(found: CorrectedModel) -> dict[str, object]:
+def _arm(corrected: CorrectedModel) -> dict[str, object]:
     """Tables of link frames, masses, gravity, joint compliances and joint offsets, by their names in the template."""
-    robot, tables, turned = found.model.robot, found.tables, _frames(found.model)
+    robot, tables, turned = corrected.model.robot, corrected.tables, _frames(corrected.model)
     mass = robot.mass + tables.mass
     first = np.einsum("bji,bj->bi", turned, robot.mass[:, None] * robot.center + tables.first_moment)
     links = []
@@ -99,15 +98,15 @@ def _arm(found: CorrectedModel) -> dict[str, object]:
         "link": aggregate(links),
         "mass": aggregate(mass),
         "first": aggregate(first),
-        "gravity": aggregate(found.model.gravity),
+        "gravity": aggregate(corrected.model.gravity),
         "soft": aggregate(np.degrees(tables.compliance)),
         "offset": aggregate(np.degrees(tables.offset)),
     }
 
 
-def _loads(found: CorrectedModel) -> dict[str, object]:
+def _loads(corrected: CorrectedModel) -> dict[str, object]:
     """Tables of what effects add to the stated load, and of the pulls of hoses, by their names in the template."""
-    tables, turned = found.tables, _frames(found.model)
+    tables, turned = corrected.tables, _frames(corrected.model)
     stated = {
         "share": number(tables.share),
         "mass": number(tables.load_mass),
@@ -126,9 +125,9 @@ def _loads(found: CorrectedModel) -> dict[str, object]:
     }
 
 
-def _bodies(found: CorrectedModel) -> dict[str, object]:
+def _bodies(corrected: CorrectedModel) -> dict[str, object]:
     """Tables of displacements of the ends of bodies (constant, by force, by moment), by their names in the template."""
-    tables, turned = found.tables, _frames(found.model)
+    tables, turned = corrected.tables, _frames(corrected.model)
     both = np.zeros((7, 6, 6))
     both[:, :3, :3] = both[:, 3:, 3:] = np.swapaxes(turned, 1, 2)
     unit = np.array([1.0] * 3 + [180.0 / np.pi] * 3)
@@ -146,9 +145,9 @@ def _bodies(found: CorrectedModel) -> dict[str, object]:
     }
 
 
-def _curves(found: CorrectedModel, done: Conditions) -> dict[str, object]:
+def _curves(corrected: CorrectedModel, done: Conditions) -> dict[str, object]:
     """Tables of the functions of one variable, a row for each and the values of all, by their names in the template."""
-    curves = curves_of(found, done)
+    curves = curves_of(corrected, done)
     every, at = curves.every, 1
     rows: list[list[float]] = []
     for curve in every:
@@ -164,24 +163,24 @@ def _curves(found: CorrectedModel, done: Conditions) -> dict[str, object]:
     }
 
 
-def header(found: CorrectedModel, done: Conditions) -> Iterator[str]:
+def header(corrected: CorrectedModel, done: Conditions) -> Iterator[str]:
     """Lines of the module's header, without comment sign: model, effects, gravity, force, region, tool and load.
 
     Args:
-        found: the part of the model that is corrected at run time.
+        corrected: the part of the model that is corrected at run time.
         done: the conditions that the module is made for.
     """
-    estimated = found.model.stiffness_source == "estimated"
+    estimated = corrected.model.stiffness_source == "estimated"
     shipped = f"shipped, with a stiffness that is {'estimated by a rule' if estimated else 'published for its type'}"
-    yield f"model: {done.source or shipped}; arm: {found.model.robot.name}"
-    yield f"corrected: {_words(found.keys)}"
-    if found.untold:
-        yield f"left out, a target does not tell what they follow: {_words(found.untold)}"
-    if found.unfit:
-        yield f"left out, the tables below do not hold their law: {_words(found.unfit)}"
+    yield f"model: {done.source or shipped}; arm: {corrected.model.robot.name}"
+    yield f"corrected: {_words(corrected.keys)}"
+    if corrected.untold:
+        yield f"left out, a target does not tell what they follow: {_words(corrected.untold)}"
+    if corrected.unfit:
+        yield f"left out, the tables below do not hold their law: {_words(corrected.unfit)}"
     for name, value in done.channels.items():
         yield f"constant: {name} = {value:g}"
-    yield f"gravity in axes of the base [m/s2]: {_numbers(found.model.gravity)}"
+    yield f"gravity in axes of the base [m/s2]: {_numbers(corrected.model.gravity)}"
     if done.forced:
         when = "on every target" if done.force_on == "all" else "where Weld is given"
         yield f"process force {when} [N]: {_numbers(done.force)}, moment [N m]: {_numbers(done.moment)}"

@@ -70,11 +70,11 @@ def corrected_model(model: Model, conditions: Conditions) -> CorrectedModel:
     if np.any(conditions.lower > conditions.upper) or len(conditions.drawn(PROBES, 1)) < PROBES:
         text = "the region holds nothing but singular poses, or lies beyond the limits of the arm"
         raise PostprocError.of("RUN006", text, help="give a region in which axis 5 is bent", exit_code=1)
-    told, untold = known_effects(model, conditions.channels)
+    known, untold = known_effects(model, conditions.channels)
     states = conditions.states(conditions.drawn(PROBES, 1))
-    largest = _largest_loads(told, conditions)
-    shares = {e.key: _shares(told, e, states, largest) for e in told.effects}
-    kept = told.with_effects(*(e for e in told.effects if shares[e.key] is not None))
+    largest = _largest_loads(known, conditions)
+    shares = {e.key: _shares(known, e, states, largest) for e in known.effects}
+    kept = known.with_effects(*(e for e in known.effects if shares[e.key] is not None))
     tables = RunTimeTables()
     for share in shares.values():
         tables = tables if share is None else tables.plus(share)
@@ -86,10 +86,10 @@ def _largest_loads(model: Model, done: Conditions) -> Array:
 
     They are torques on joints [N m], then force and moment at the ends of the seven bodies [N, N m].
     """
-    rest = equilibrium(model, done.states(done.drawn(400, 4)), tuple(range(7))).state
-    if rest.joint_load is None or rest.body_load is None:
+    settled = equilibrium(model, done.states(done.drawn(400, 4)), tuple(range(7))).state
+    if settled.joint_load is None or settled.body_load is None:
         return np.ones(LOADS)
-    loads = np.abs(np.hstack([rest.joint_load, rest.body_load.reshape(-1, LOADS - 6)])).max(axis=0)
+    loads = np.abs(np.hstack([settled.joint_load, settled.body_load.reshape(-1, LOADS - 6)])).max(axis=0)
     return np.asarray(TORQUE_SPAN * np.maximum(loads, 1.0))
 
 
@@ -98,13 +98,13 @@ def _shares(model: Model, effect: Effect, states: State, largest: Array) -> RunT
     stated = effect.run_time_tables()
     if stated is not None:
         return stated
-    moved = _Asked(model, effect, states).displacement(largest)
-    loaded = _Asked(model, effect, states).load()
+    moved = _Probe(model, effect, states).displacement(largest)
+    loaded = _Probe(model, effect, states).load()
     return None if moved is None or loaded is None else moved.plus(loaded)
 
 
 @dataclass(frozen=True)
-class _Asked:
+class _Probe:
     """An effect that is evaluated at states of the region to find its entries in the tables."""
 
     model: Model
@@ -126,12 +126,12 @@ class _Asked:
         unit = [part / largest[:, None] for part in self.moves(still, np.diag(largest))[:2]]
         unit = [unit[0] - joint / largest[:, None], unit[1] - body / largest[:, None]]
         compliance = np.array([unit[1][6 + 6 * b :, 6 * b : 6 * b + 6][:6].T for b in range(7)])
-        own = np.stack([twisted[j][:, j] for j in range(6)], axis=1)
+        by_its_torque = np.stack([twisted[j][:, j] for j in range(6)], axis=1)
         bent = np.einsum("bik,nbk->nbi", compliance, w[:, 6:].reshape(-1, 7, 6)).reshape(len(q), -1)
-        expected = joint + sum(turned) + own, body + bent, np.zeros(6)
+        expected = joint + sum(turned) + by_its_torque, body + bent, np.zeros(6)
         if any(np.abs(a - b).max() > SAME for a, b in zip(self.moves(q, w), expected, strict=True)):
             return None
-        linear = np.abs(own - w[:, :6] * np.diag(unit[0])).max(axis=0) <= SAME
+        linear = np.abs(by_its_torque - w[:, :6] * np.diag(unit[0])).max(axis=0) <= SAME
         return RunTimeTables(
             joint,
             np.where(linear, np.diag(unit[0]), 0.0),
@@ -179,10 +179,10 @@ class _Asked:
                 laws[k, j] = (self._torque(k, j, extra),)
         mass, moment, poses = np.zeros(7), np.zeros((7, 3)), body_poses(self.model.robot, q)
         for b, wrench in wrenches.items():
-            found = _compact_mass(poses[:, b], wrench, self.model.gravity)
-            if found is None:
+            compact = _compact_mass(poses[:, b], wrench, self.model.gravity)
+            if compact is None:
                 return None
-            mass[b], moment[b] = found
+            mass[b], moment[b] = compact
         return RunTimeTables(torque=laws, mass=mass, first_moment=moment)
 
     def moves(self, q: Array, load: Array) -> tuple[Array, Array, Array]:
@@ -214,9 +214,9 @@ class _Asked:
         return rows.with_(q=q, robot=robot, gravity=self.model.gravity, T_base_body=body_poses(robot, q), **loads)
 
 
-def _alone(x: Array, column: int, rest: Array) -> Array:
-    """Copies (n, m) of the row ``rest`` (1, m), with one column set to x (n,)."""
-    rows = np.repeat(rest, len(x), axis=0)
+def _alone(x: Array, column: int, row: Array) -> Array:
+    """Copies (n, m) of a ``row`` (1, m), with one column set to x (n,)."""
+    rows = np.repeat(row, len(x), axis=0)
     rows[:, column] = x
     return rows
 
@@ -278,7 +278,7 @@ class CurveTables:
         return [*self.torque, *self.by_torque, *self.by_angle]
 
 
-def curves_of(found: CorrectedModel, done: Conditions) -> CurveTables:
+def curves_of(corrected: CorrectedModel, done: Conditions) -> CurveTables:
     """Curves of all functions over the region, with as few values as their tolerance allows.
 
     Args:
@@ -295,13 +295,13 @@ def curves_of(found: CorrectedModel, done: Conditions) -> CurveTables:
             units: of argument and value, in the units of the functions.
             fine: tolerance.
         """
-        found = []
+        curves = []
         for key, some in laws.items():
             law: Law = partial(_total, some, units)
-            found.append(tabulated(key, law, float(begin[key[1]]), float(end[key[1]]), fine))
-        return found
+            curves.append(tabulated(key, law, float(begin[key[1]]), float(end[key[1]]), fine))
+        return curves
 
-    tables, span = found.tables, found.largest
+    tables, span = corrected.tables, corrected.largest
     return CurveTables(
         every(tables.torque, low, high, (degree, 1.0), FINE_NM),
         every(tables.by_torque, -span, span, (1.0, degree), FINE / degree),

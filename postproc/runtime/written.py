@@ -9,7 +9,7 @@ from postproc.diagnostics import Diagnostic, Source
 from postproc.model.arm import Model
 from postproc.runtime.conditions import Conditions
 from postproc.runtime.module import NAME, module_tables, runtime_module
-from postproc.runtime.proof.check import TARGETS, Check, check_module, said
+from postproc.runtime.proof.check import TARGETS, Check, check_module
 from postproc.runtime.proof.chord import ChordError, chord_error
 from postproc.runtime.tables import CorrectedModel, corrected_model
 
@@ -33,14 +33,14 @@ class RunTimeModule:
 
     text: bytes
     corrected: CorrectedModel
-    checks: tuple[tuple[Conditions, Check], ...]
+    checks: tuple[Check, ...]
     chord: ChordError
     diagnostics: tuple[Diagnostic, ...]
 
     @property
     def cost(self) -> str:
         """Text that states the number of statements and the time for one target."""
-        steps = max(check.steps for _, check in self.checks)
+        steps = max(check.steps for check in self.checks)
         return f"{steps} statements, about {steps / STEPS_PER_MS:.0f} ms"
 
 
@@ -57,32 +57,29 @@ def write_module(model: Model, conditions: Conditions, name: str = NAME, templat
     rated = model.robot.payload or conditions.mass
     every = [replace(conditions, mass=mass) for mass in dict.fromkeys((conditions.mass, 0.0, rated))]
     counts = (TARGETS, *[TARGETS // 3] * (len(every) - 1))
-    found = check_module(source, corrected.model, [*zip(every, counts, strict=True)])
-    checks = tuple(zip(every, found, strict=True))
+    checks = check_module(source, corrected.model, [*zip(every, counts, strict=True)])
     chord = chord_error(corrected.model, conditions)
     made = RunTimeModule(source.data, corrected, checks, chord, tuple(_findings(corrected, checks)))
-    lines = [f"one target takes {made.cost}"]
-    lines += [line for each, found in checks for line in said(found, each).split("; ")]
-    lines += str(chord).split("; ")
+    lines = [f"one target takes {made.cost}", *(line for part in (*checks, chord) for line in str(part).split("; "))]
     return replace(made, text=runtime_module(tables, lines, name, template))
 
 
-def _findings(corrected: CorrectedModel, checks: tuple[tuple[Conditions, Check], ...]) -> list[Diagnostic]:
+def _findings(corrected: CorrectedModel, checks: tuple[Check, ...]) -> list[Diagnostic]:
     """Diagnostics: effects left out (RUN004, RUN012), errors over 0.02 mm (RUN005), no target corrected (RUN006)."""
-    found = []
+    findings = []
     for keys, code, why, help_ in (
         (corrected.untold, "RUN004", "a target does not tell what it follows", "state it with --channel, if it can be"),
         (corrected.unfit, "RUN012", "the tables of the function do not hold its law", "correct by numbers"),
     ):
         if keys:
             text = f"{', '.join(f'`{key}`' for key in keys)} is left out: {why}"
-            found.append(Diagnostic(code, "warning", text, help=help_))
-    worst = max(check.largest_m for _, check in checks)
+            findings.append(Diagnostic(code, "warning", text, help=help_))
+    worst = max(check.largest_m for check in checks)
     if worst > COARSE_M:
         text = f"the module is off by up to {1e3 * worst:.3f} mm in the region"
         help_ = "give a smaller --region, around the poses of the work, and the tool that is used"
-        found.append(Diagnostic("RUN005", "warning", text, help=help_))
-    if not any(check.corrected for _, check in checks):
+        findings.append(Diagnostic("RUN005", "warning", text, help=help_))
+    if not any(check.corrected for check in checks):
         text = "the module corrects no target of the region"
-        found.append(Diagnostic("RUN006", "error", text, help="look at --bound, the loads and the region"))
-    return found
+        findings.append(Diagnostic("RUN006", "error", text, help="look at --bound, the loads and the region"))
+    return findings

@@ -8,9 +8,9 @@ import pytest
 
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
-from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import parse_model
+from postproc.runtime.passes import correct_program
 from tests.cells.test_paths import CASES, FORCE, MODEL, Case, axis, placed, track
 from tests.independent import arm as A
 
@@ -19,9 +19,7 @@ def on_the_controller(case: Case) -> Conversion:
     compliance = ",".join(f"{c:.12g}" for c in A.TABLE_2)
     model = MODEL.format(mounting=case.mounting, compliance=compliance, axes=case.axes)
     options = Options(tolerance_m=1e-5, force=FORCE, inertia=False, run_time="all")
-    return compensate_program(
-        Source("p.mod", case.text.encode()), parse_model(Source("m.toml", model.encode())), options
-    )
+    return correct_program(Source("p.mod", case.text.encode()), parse_model(Source("m.toml", model.encode())), options)
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -77,16 +77,16 @@ def test_folders_without_case_hold_one_file_for_two_spellings(tmp_path: Path, mo
 def test_what_somebody_saves_meanwhile_is_not_written_over(
     call: Call, program: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    import postproc.convert
+    import postproc.runtime.passes
 
-    convert = postproc.convert.compensate_program
+    convert = postproc.runtime.passes.correct_program
 
     def slowly(*arguments: object) -> object:
         done = convert(*arguments)  # type: ignore[arg-type]
         program.write_bytes(program.read_bytes() + b"! saved meanwhile\n")
         return done
 
-    monkeypatch.setattr(postproc.convert, "compensate_program", slowly)
+    monkeypatch.setattr(postproc.runtime.passes, "correct_program", slowly)
     found = call("compensate", program, "--in-place")
     assert found.code == 1 and "error[CLI015]" in found.err
     assert program.read_bytes().endswith(b"! saved meanwhile\n") and b"compensated for" not in program.read_bytes()

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from postproc.compensation.text.marks import MODULE_MARKER
 from postproc.diagnostics import PostprocError
-from postproc.runtime.module import MARKER
 from tests.cli.conftest import Call
 from tests.runtime.loading import Loaded, statements_through
 from tests.runtime.test_program import NO_AXES, move, program, target
@@ -117,7 +117,7 @@ def test_every_arc_of_every_task_goes_through_the_function_and_nothing_else_chan
     for n, told in zip((1, 2), document["tasks"], strict=False):
         task = out / "RAPID" / f"TASK{n}"
         module = task / "SYSMOD" / "ppModel.sys"
-        assert MARKER in module.read_text()
+        assert MODULE_MARKER in module.read_text()
         assert statements_through(texts(task)) == {"movel": 1, **ARCS}
         assert statements_through(texts(task), "ppcorrectedcirc") == {"arcc": 1}
         assert told["statements"] == {"compensated": 0, "run_time": 8, "unchanged": 1, "skipped": 1}
@@ -162,7 +162,7 @@ def test_the_module_stands_beside_the_output(tmp_path: Path, call: Call) -> None
     assert done.code == 0
     assert {p.name for p in out.parent.iterdir()} == {"line.mod", "ppModel.sys"}
     assert call("compensate", source, *ARM, "-o", out, "--check").code == 0
-    (out.parent / "ppModel.sys").write_text(MARKER)
+    (out.parent / "ppModel.sys").write_text(MODULE_MARKER)
     assert call("compensate", source, *ARM, "-o", out, "--check").code == 1
     named = tmp_path / "cell" / "ppLine.sys"
     assert call("compensate", source, *ARM, "-o", out, "--run-time-module", named).code == 0

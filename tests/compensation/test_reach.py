@@ -112,7 +112,6 @@ def test_part_of_a_program_is_corrected_where_that_is_allowed() -> None:
     assert outcome(found, 1).reason == OUT_OF_REACH
     assert [(d.severity, d.code) for d in found.diagnostics if d.code == "KIN002"] == [("warning", "KIN002")]
     assert f"MoveL {ACROSS}," in written(found)
-    assert "RUN007" not in {d.code for d in found.diagnostics}
     assert found.report["max_error_after_mm"] < 0.01 < found.report["max_error_before_mm"]
 
 

@@ -113,11 +113,6 @@ def test_a_name_that_the_program_does_not_use_is_said() -> None:
     assert done.output == convert(BRACKET).output
 
 
-def test_a_function_at_run_time_does_not_know_a_taught_work_object() -> None:
-    done = convert(BRACKET, wobj_taught=("wT",), run_time="where-needed")
-    assert [d.code for d in done.diagnostics if d.severity == "error"] == ["MOD012"] and not done.outputs
-
-
 def test_a_line_from_another_work_object_leads_to_the_moved_target() -> None:
     """The start is where its own work object puts it: nothing jumps between them."""
     text = module(

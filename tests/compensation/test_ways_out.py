@@ -7,9 +7,9 @@ import pytest
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
 from postproc.compensation.reading import IN_SEAM, OUT_OF_REACH
-from postproc.convert import compensate_program
 from postproc.diagnostics import Diagnostic, Source
 from postproc.model.file import default_model
+from postproc.runtime.passes import correct_program
 
 HEAD = """MODULE Out
   PERS tooldata tT:=[TRUE,[[0,0,300],[1,0,0,0]],[5,[0,0,150],[1,0,0,0],0,0,0]];
@@ -22,7 +22,7 @@ HEAD = """MODULE Out
 def converted(body: str, **chosen: object) -> Conversion:
     source = Source("out.mod", (HEAD + body + "ENDMODULE\n").encode())
     options = Options(force=(0.0, 0.0, -200.0), inertia=False, **chosen)  # type: ignore[arg-type]
-    return compensate_program(source, default_model("irb4600_60_205"), options)
+    return correct_program(source, default_model("irb4600_60_205"), options)
 
 
 def errors(found: Conversion) -> list[Diagnostic]:
@@ -39,6 +39,7 @@ def test_one_bad_target_is_told_with_what_corrects_the_rest() -> None:
     assert stop.help.endswith("or correct all but such statements: `--allow-partial`")
     found = converted(ONE_BAD, allow_partial=True)
     assert found.exit_code == 0 and [o.status for o in found.outcomes] == ["compensated", "skipped", "compensated"]
+    assert "RUN007" not in {d.code for d in found.diagnostics}, "nor does the function correct it"
 
 
 def test_where_nothing_would_be_left_the_rest_is_not_offered() -> None:

@@ -5,15 +5,14 @@ from __future__ import annotations
 from functools import cache
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from postproc import text as text_of
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
-from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import default_model
+from postproc.runtime.passes import correct_program
 from tests.runtime.loading import Loaded
 from tests.worlds.product import ARM, FORCE
 
@@ -51,7 +50,7 @@ def converted(text: str, run_time: str = "where-needed", read_only: str = "", **
     sources = [Source("line.mod", text.encode("latin-1"))]
     sources += [Source("lent.sys", read_only.encode("latin-1"), read_only=True)] if read_only else []
     chosen = Options(tolerance_m=1e-5, force=FORCE, inertia=False, run_time=run_time, **options)  # type: ignore[arg-type]
-    return compensate_program(sources, default_model(ARM), chosen)
+    return correct_program(sources, default_model(ARM), chosen)
 
 
 def written(found: Conversion) -> str:
@@ -326,10 +325,6 @@ def test_the_scope_holds_for_the_function_too() -> None:
     assert statuses(converted(text, scope="welds"))[2:] == ["run_time", "skipped"]
 
 
-def test_the_same_program_gives_the_same_bytes() -> None:
-    text = program(move("p1", "MoveJ") + move("pSeen"))
-    once = converted(text)
-    converted.cache_clear()
-    again = converted(text)
-    assert (once.outputs, once.module) == (again.outputs, again.module)
-    assert np.isfinite(again.report["run_time"]["max_region_error_mm"])
+def test_the_function_does_not_know_a_taught_work_object() -> None:
+    found = converted(program(move("p1", "MoveJ") + move("pSeen")), wobj_taught=("wPlate",))
+    assert (codes(found), found.outputs) == (["MOD012"], {})

@@ -33,9 +33,9 @@ def convert(
         axes: the external axes of the cell, as a model file states them.
     """
     from postproc.compensation.options import Options
-    from postproc.convert import compensate_program
     from postproc.diagnostics import Source
     from postproc.model.file import default_model, parse_model
+    from postproc.runtime.passes import correct_program
 
     options = Options(tolerance_m=1e-3 * tolerance_mm, force=FORCE, inertia=False, run_time=run_time)
     sources = [Source(path, text.encode("latin-1")) for path, text in texts.items()]
@@ -44,7 +44,7 @@ def convert(
         springs = ",".join(repr(float(c)) for c in model.effects[0].compliance_rad_per_Nm)
         effects = f"[effects.joint_compliance]\ncompliance_rad_per_Nm = [{springs}]"
         model = parse_model(Source("cell.toml", f'robot = "{ARM}"\n{effects}\n{axes}'.encode()))
-    result = compensate_program(sources, model, options)
+    result = correct_program(sources, model, options)
     said = "; ".join(f"{d.code} {d.message}" for d in result.diagnostics if d.severity == "error")
     told = "; ".join(f"{d.code} {d.message}" for d in result.diagnostics)
     shifts: dict[tuple[str, int], float] = {}

@@ -41,7 +41,7 @@ def run(
         json: print the postproc/compensate/1 document.
     """
     load_scipy()
-    from postproc.convert import compensate_program
+    from postproc.runtime.passes import correct_program
 
     if in_place and program == STDIN:
         text = "`--in-place` writes over a file, and the program comes from stdin"
@@ -61,7 +61,7 @@ def run(
     settings, arm = settled(settings, program)
     sources, options, findings = read_task(source, settings, output, report, certificate, beside)
     with watching(f"correcting `{source.path}`", len(source.line_starts)) as watch:
-        result = compensate_program(sources, arm, options, watch, findings)
+        result = correct_program(sources, arm, options, watch, findings)
     show(named_files(result.diagnostics, sources))
     show_result(Path(source.path).name, result, settings, report, certificate)
     code = max(1, result.exit_code)

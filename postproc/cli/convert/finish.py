@@ -31,15 +31,16 @@ def module_file(options: Options, target: Path | None, nothing: bool) -> Path | 
     Raises:
         PostprocError: CLI007, nothing says where, or what stands there is another file.
     """
-    from postproc.runtime.module import MARKER, NAME
-
     if options.run_time == "off":
         return None
+    from postproc.compensation.text.marks import MODULE_MARKER
+    from postproc.runtime.module import NAME
+
     path = options.run_time_module or (target.parent / f"{NAME}.sys" if target is not None else None)
     if path is None and not nothing:
         text = "`--run-time` writes a module beside the output, and the output goes to stdout"
         raise PostprocError.of("CLI007", text, help="name the output with `-o`, or the module with `--run-time-module`")
-    if path is not None and path.is_file() and MARKER.encode() not in path.read_bytes():
+    if path is not None and path.is_file() and MODULE_MARKER.encode() not in path.read_bytes():
         text = f"`{path}` is there, and no module that postproc wrote"
         raise PostprocError.of("CLI007", text, help="name another file with `--run-time-module`")
     return path

@@ -25,8 +25,8 @@ def run(program: str, /, *, given: ProgramOptions = ProgramOptions(), format: Fo
         json: print the postproc/inspect/1 document.
     """
     from postproc.compensation.inspection import inspect_program
-    from postproc.convert import compensate_program
     from postproc.results.inspection import inspection_document
+    from postproc.runtime.passes import correct_program
 
     own = read_program_file(program)
     settings, arm = settled(given.settings_at(Path(program).parent), program, bare=True)
@@ -34,7 +34,7 @@ def run(program: str, /, *, given: ProgramOptions = ProgramOptions(), format: Fo
     with watching(f"reading `{own.path}`", len(own.line_starts)) as watch:
         found = inspect_program(sources, arm.robot, options, arm.station)
         if not has_errors(d for d in found.diagnostics if d.matter is not Matter.UNFOLLOWABLE):
-            converted = compensate_program(sources, arm, options, watch)
+            converted = correct_program(sources, arm, options, watch)
             found = found.decided(converted.outcomes, converted.diagnostics)
     found = replace(found, diagnostics=(*findings, *found.diagnostics))
     show(named_files(found.diagnostics, sources))

@@ -41,7 +41,7 @@ def write(
     import numpy as np
 
     from postproc.diagnostics import has_errors
-    from postproc.results.run_time import written_document
+    from postproc.runtime.document import written_document
     from postproc.runtime.written import write_module
 
     check_outputs((made_for.model, *made_for.effects), output)
@@ -77,7 +77,7 @@ def check(
         tolerance: exit 1 where it is off by more [mm].
         json: print the postproc/runtime/1 document.
     """
-    from postproc.results.run_time import check_document
+    from postproc.runtime.document import check_document
     from postproc.runtime.proof.check import check_module
     from postproc.runtime.tables import corrected_model
 
@@ -85,6 +85,6 @@ def check(
     conditions = made_for.conditions(settings, model)
     source = read_source(module)
     with watching(f"running `{module}`"):
-        (found,) = check_module(source, corrected_model(model, conditions).model, [(conditions, targets)])
-    present(check_document(module, model.robot.name, conditions, found), json=json, text=True, aside=True)
-    return 1 if found.raised or not found.corrected or 1e3 * found.largest_m > tolerance else 0
+        (result,) = check_module(source, corrected_model(model, conditions).model, [(conditions, targets)])
+    present(check_document(module, model.robot.name, result), json=json, text=True, aside=True)
+    return 1 if result.raised or not result.corrected or 1e3 * result.largest_m > tolerance else 0

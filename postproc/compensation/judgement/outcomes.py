@@ -86,7 +86,7 @@ def judge_statements(
                 findings += _uncorrected(outcome, executions)
             if outcome.status == "skipped" or statement.interpolation == "absjoint":
                 continue
-        findings += _beyond_tolerance(plan, [i for i in rows if own[i]], (worst, at_goal), tolerances)
+        findings += _beyond_tolerance(plan, [i for i in rows if own[i]], (worst, at_goal), tolerances, on_controller)
     unseen, lines = unmeasured(outcomes, events, plan)
     if 0 < unseen == lines:
         text = "no line or arc could be measured: where they begin or end, or the load, is known only at run time"
@@ -110,13 +110,18 @@ def _uncorrected(outcome: StatementOutcome, runs: Sequence[MotionEvent] = ()) ->
 
 
 def _beyond_tolerance(
-    plan: CorrectionPlan, rows: Sequence[int], off: tuple[Array, Array], tolerances: tuple[Array, Array]
+    plan: CorrectionPlan,
+    rows: Sequence[int],
+    off: tuple[Array, Array],
+    tolerances: tuple[Array, Array],
+    on_controller: Set[StatementKey],
 ) -> list[Diagnostic]:
     """CMP006, a warning, if one of the moves of a statement stays beyond its tolerance: by how much, and why.
 
     Args:
         rows: its moves.
         off, tolerances: (m,) deviation of every move on its way and at its goal [m], and what is allowed there [m].
+        on_controller: statements that a function corrects while the program runs.
     """
     over = [i for i in rows if any(values[i] > most[i] for values, most in zip(off, tolerances, strict=True))]
     if not over:
@@ -125,22 +130,24 @@ def _beyond_tolerance(
     on_the_way = bool(off[0][i] > tolerances[0][i] and off[0][i] > off[1][i])
     what = "the path to this target" if on_the_way else "this target itself"
     remaining, most = (1e3 * float(values[0 if on_the_way else 1][i]) for values in (off, tolerances))
-    text, why = f"{what} stays {remaining:.3f} mm off, tolerance {most:g} mm", _why(plan, rows, i, on_the_way)
+    text = f"{what} stays {remaining:.3f} mm off, tolerance {most:g} mm"
     statement = plan.motion.moves[i].event.statement
+    why = ENDS if statement.key in on_controller else _why(plan, rows, i, on_the_way, on_controller)
     return [finding("CMP006", "warning", statement, text, why, matter=Matter.OFF, length_mm=remaining)]
 
 
-def _why(plan: CorrectionPlan, rows: Sequence[int], farthest: int, on_the_way: bool) -> str:
+def _why(
+    plan: CorrectionPlan, rows: Sequence[int], farthest: int, on_the_way: bool, on_controller: Set[StatementKey]
+) -> str:
     """Advice that says what keeps a statement from its tolerance.
 
     Args:
         rows: the moves that it makes.
         farthest: the one of them that is farthest off.
         on_the_way: it is farther off on the way than at its goal.
+        on_controller: statements that a function corrects while the program runs.
     """
     moves = plan.motion.moves
-    if moves[farthest].event.statement.key in plan.on_controller:
-        return ENDS
     start = moves[farthest - 1] if farthest and not moves[farthest].first else moves[farthest]
     if plan.places.get(moves[farthest].event.statement.key) == "derived":
         return FOLLOWS
@@ -149,7 +156,7 @@ def _why(plan: CorrectionPlan, rows: Sequence[int], farthest: int, on_the_way: b
     key = start.event.statement.key
     if on_the_way and start.event.statement.source.read_only and key not in plan.places:
         return LENT_START
-    if on_the_way and key in plan.left:
+    if on_the_way and key in plan.left and key not in on_controller:
         return STAYING_START
     undivided = next((why for i in rows if (why := plan.refused.get(i) or plan.why_whole(i))), None)
     if undivided is not None:

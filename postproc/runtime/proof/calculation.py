@@ -47,14 +47,14 @@ class Calculation(OneWay):
 
     def __init__(self, sources: Sequence[Source], arm: ControllerArm) -> None:
         program = read_program(sources, arm=arm)
-        found = [d for d in program.diagnostics if d.severity == "error"]
-        if found:
-            raise PostprocError(found)
+        errors = [d for d in program.diagnostics if d.severity == "error"]
+        if errors:
+            raise PostprocError(errors)
         super().__init__(program)
         self.data = self.values = _Values()
         routine = next(program.all_routines())
-        self.outside = _Data(program, self.changes, self.constants, unbound_frame(routine), self.function)
-        self.outside.changed = dict(AT_START)
+        self.caller = _Data(program, self.changes, self.constants, unbound_frame(routine), self.function)
+        self.caller.changed = dict(AT_START)
 
     def declaration(self, name: str) -> Declaration | None:
         """The declaration of module data with that name, None if there is none."""
@@ -64,12 +64,12 @@ class Calculation(OneWay):
         """Assign a value to module data of that name; nothing happens if there is none."""
         declaration = self.declaration(name)
         if declaration is not None:
-            self.outside.changed[declaration.key] = data
+            self.caller.changed[declaration.key] = data
 
     def get(self, name: str) -> Data:
         """The value of module data, None if there is none of that name."""
         declaration = self.declaration(name)
-        return None if declaration is None else self.outside.value(declaration).data
+        return None if declaration is None else self.caller.value(declaration).data
 
     def run(self, name: str) -> int:
         """Run a procedure without parameters, and return the number of statements executed.
@@ -80,7 +80,7 @@ class Calculation(OneWay):
         routine = self.program.routine(name)
         assert routine is not None
         self.taken = 0
-        self.call_routine(routine, (), self.outside)
+        self.call_routine(routine, (), self.caller)
         return self.taken
 
     def enter(self, routine: Routine, memory: Memory) -> Value | Unknown | None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -21,23 +21,17 @@ from postproc.robot.inverse import nearest_solution
 from postproc.robot.kinematics import forward
 from postproc.runtime.proof.calculation import Calculation, RapidError
 
-OPTIONS = {
-    (weld, load): ("\\Weld" if weld else "") + ("\\TLoad:=ppLoad" if load else "")
-    for weld in (False, True)
-    for load in (False, True)
-}
-"""What stands behind the tool in a call, by whether `Weld` and `TLoad` are given."""
-
 
 def _caller() -> Source:
     """A RAPID module that calls the correcting functions with all options, in one procedure each."""
     lines = ["MODULE ppCaller", *(f"  VAR robtarget {name};" for name in ("ppPoint", "ppEnd", "ppAnswer"))]
     load = "[0.001,[0,0,0.001],[1,0,0,0],0,0,0]"
     lines += [f"  PERS tooldata ppTool:=[TRUE,[[0,0,0],[1,0,0,0]],{load}];", f"  PERS loaddata ppLoad:={load};"]
-    for given, options in OPTIONS.items():
-        for circle, function in ((False, "ppCorrected(ppPoint"), (True, "ppCorrectedCirc(ppPoint,ppEnd")):
-            call = f"    ppAnswer:={function},ppTool{options});"
-            lines += [f"  PROC {_procedure(*given, circle)}()", call, "  ENDPROC"]
+    for weld, load_stated, circle in product((False, True), repeat=3):
+        function = "ppCorrectedCirc(ppPoint,ppEnd" if circle else "ppCorrected(ppPoint"
+        options = "\\Weld" * weld + "\\TLoad:=ppLoad" * load_stated
+        call = f"    ppAnswer:={function},ppTool{options});"
+        lines += [f"  PROC {_procedure(weld, load_stated, circle)}()", call, "  ENDPROC"]
     return Source("ppCaller.mod", "\n".join([*lines, "ENDMODULE", ""]).encode())
 
 
@@ -93,45 +87,33 @@ class Caller:
         self.arm = _Arm(model)
         self.run = Calculation([module, _caller()], self.arm)
         if self.run.declaration("ppReason") is None:
-            text, help_ = (
-                "there is no data `ppReason` in the module",
-                "check modules that `postproc runtime write` wrote",
-            )
-            raise PostprocError.of("RUN003", text, module, help=help_)
+            text = "there is no data `ppReason` in the module"
+            raise PostprocError.of("RUN003", text, module, help="check modules that `postproc runtime write` wrote")
 
     def stated(self, name: str) -> Array:
         """(3,) value of the module's data of that name, such as ``ppForce``; zeros if it has none."""
         return np.array(self.run.get(name) or (0.0, 0.0, 0.0), dtype=float)
 
-    def call(self, asked: FunctionCall) -> Answer:
+    def call(self, request: FunctionCall) -> Answer:
         """Call the correcting function once; an unhandled error gives ``NOT_HANDLED`` and the target unchanged."""
-        run, tool = self.run, asked.tool
-        run.set("ppTool", rounded_tool(tool))
-        run.set("ppPayload", _load(asked.payload))
-        if asked.load is not None:
-            run.set("ppLoad", _load(asked.load))
-        run.set("ppPoint", point := self.arm.data(asked.q, tool))
-        if asked.end is not None:
-            run.set("ppEnd", self.arm.data(asked.end, tool))
+        run, tool = self.run, request.tool
+        frame = rounded((tool.tframe.trans, tool.tframe.rot))
+        run.set("ppTool", (tool.robhold, frame, _load(tool.tload)))
+        run.set("ppPayload", _load(request.payload))
+        if request.load is not None:
+            run.set("ppLoad", _load(request.load))
+        run.set("ppPoint", point := self.arm.data(request.q, tool))
+        if request.end is not None:
+            run.set("ppEnd", self.arm.data(request.end, tool))
         run.set("ppAnswer", point)
-        self.arm.near = asked.q
+        self.arm.near = request.q
         try:
-            steps = run.run(_procedure(asked.weld, asked.load is not None, asked.end is not None))
+            steps = run.run(_procedure(request.weld, request.load is not None, request.end is not None))
             reason = round(run.get("ppReason"))
         except RapidError:
             steps, reason = 0, NOT_HANDLED
         target = to_robtarget(run.get("ppAnswer"))
         return Answer(target, pose_matrix(target.trans, target.rot), reason, steps)
-
-    def calls(self, every: Sequence[FunctionCall]) -> list[Answer]:
-        """Call the correcting function for each of the arguments, in order."""
-        return [self.call(asked) for asked in every]
-
-
-def rounded_tool(tool: ToolData) -> Data:
-    """Tool data as the interpreter's value, in single precision."""
-    frame = rounded((tool.tframe.trans, tool.tframe.rot))
-    return (tool.robhold, frame, _load(tool.tload))
 
 
 def _load(load: LoadData) -> Data:
@@ -162,8 +144,8 @@ class _Arm:
         """Joint angles (6,) [rad] nearest to ``near`` that reach a TCP pose with a tool, (4, 4) each; else NaN."""
         if self.model.robot.opw is not None:
             return nearest_solution(self.model.robot, T_base_tcp @ invert(T_flange_tcp), self.near)
-        found = command(self.model, self.model.state(self.near[None], T_flange_tcp=T_flange_tcp), T_base_tcp[None])
-        return np.asarray(np.where(found.residual_m[0] <= REACHED_M, found.q[0], np.nan))
+        nominal = command(self.model, self.model.state(self.near[None], T_flange_tcp=T_flange_tcp), T_base_tcp[None])
+        return np.asarray(np.where(nominal.residual_m[0] <= REACHED_M, nominal.q[0], np.nan))
 
     def target(self, joints: JointTarget, situation: Situation) -> RobTarget:
         """The robtarget of joint angles, as CalcRobT computes it with the tool of the situation."""

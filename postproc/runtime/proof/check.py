@@ -10,13 +10,13 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.compensation.correction.inverse import command
+from postproc.compensation.text.marks import MODULE_MARKER
 from postproc.diagnostics import PostprocError, Source
 from postproc.model.arm import Model
 from postproc.rapid.data.records import LoadData, ToolData
 from postproc.rapid.motions.units import matrix_pose
 from postproc.robot.kinematics import forward
 from postproc.runtime.conditions import Conditions
-from postproc.runtime.module import MARKER
 from postproc.runtime.proof.calls import NOT_HANDLED, Caller, FunctionCall
 
 TARGETS, AMONG = 24, 12
@@ -32,6 +32,7 @@ class Check:
     """How a module corrects targets drawn from the region.
 
     Args:
+        mass: of the load with which it is called [kg].
         corrected: number of targets that it corrects.
         returned: number of those that it returns unchanged, by the value of `ppReason`.
         raised: number of targets at which an error leaves the function.
@@ -40,6 +41,7 @@ class Check:
         steps: largest number of statements run for a corrected target.
     """
 
+    mass: float
     corrected: int
     returned: dict[int, int]
     raised: int
@@ -48,15 +50,14 @@ class Check:
     correction_m: float
     steps: int
 
-
-def said(found: Check, done: Conditions) -> str:
-    """One line of text on a check: number of targets, largest and rms error, largest correction, targets returned."""
-    returned = ", ".join(f"{times} {REASONS.get(why, 'by an error')}" for why, times in found.returned.items())
-    return (
-        f"with {done.mass:g} kg, over {found.corrected} targets drawn from the region: largest error "
-        f"{1e3 * found.largest_m:.4f} mm, rms {1e3 * found.rms_m:.4f} mm, largest correction "
-        f"{1e3 * found.correction_m:.3f} mm; returned as they came: {returned or 'none'}"
-    )
+    def __str__(self) -> str:
+        """The result in one line of text: number of targets, largest and rms error, correction, targets returned."""
+        returned = ", ".join(f"{times} {REASONS.get(why, 'by an error')}" for why, times in self.returned.items())
+        return (
+            f"with {self.mass:g} kg, over {self.corrected} targets drawn from the region: largest error "
+            f"{1e3 * self.largest_m:.4f} mm, rms {1e3 * self.rms_m:.4f} mm, largest correction "
+            f"{1e3 * self.correction_m:.3f} mm; returned as they came: {returned or 'none'}"
+        )
 
 
 def check_module(source: Source, model: Model, every: Sequence[tuple[Conditions, int]]) -> tuple[Check, ...]:
@@ -73,7 +74,7 @@ def check_module(source: Source, model: Model, every: Sequence[tuple[Conditions,
         PostprocError: RUN002 the file is no such module, RUN003 it holds what cannot be calculated; MOD010 the
             deflection does not settle.
     """
-    if MARKER.encode() not in source.data:
+    if MODULE_MARKER.encode() not in source.data:
         text, help_ = f"`{source.path}` is no module that corrects targets", "name one of `postproc runtime write`"
         raise PostprocError.of("RUN002", text, source, help=help_)
     caller = Caller(source, model)
@@ -102,12 +103,13 @@ def _check(caller: Caller, model: Model, done: Conditions, q: Array) -> Check:
     desired = forward(model.robot, q) @ done.T_flange_tcp
     exact = command(model, done.states(q), desired)
     good = np.array([answer.reason == 0 for answer in answers], dtype=bool)
-    here = np.array([answer.pose for answer in answers]).reshape(-1, 4, 4)
+    T_answer = np.array([answer.pose for answer in answers]).reshape(-1, 4, 4)
     used = good & (exact.residual_m < SOLVED_M)
-    moved = np.linalg.norm((here - desired)[used, :3, 3], axis=1)
-    far = np.linalg.norm((here - exact.T_base_tcp)[used, :3, 3], axis=1)
+    moved = np.linalg.norm((T_answer - desired)[used, :3, 3], axis=1)
+    far = np.linalg.norm((T_answer - exact.T_base_tcp)[used, :3, 3], axis=1)
     returned = Counter(answer.reason for answer in answers if answer.reason != 0)
     return Check(
+        done.mass,
         int(np.count_nonzero(good)),
         dict(sorted(returned.items())),
         returned[NOT_HANDLED],

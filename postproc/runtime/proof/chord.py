@@ -64,7 +64,7 @@ def chord_error(model: Model, done: Conditions, count: int = LINES, seed: int = 
         follows &= inside & (np.maximum(nominal.residual_m, exact.residual_m) < SOLVED_M)
         follows &= np.abs(nominal.q - q).max(axis=1) < FOLLOWED
         moved.append(exact.T_base_tcp[:, :3, 3] - desired[:, :3, 3])
-    before, here, after = (one[follows] for one in moved)
-    off = np.linalg.norm(here - 0.5 * (before + after), axis=1)
+    before, halfway, after = (one[follows] for one in moved)
+    off = np.linalg.norm(halfway - 0.5 * (before + after), axis=1)
     rms = float(np.sqrt(np.mean(off**2))) if len(off) else 0.0
     return ChordError(len(off), float(off.max(initial=0.0)), rms)

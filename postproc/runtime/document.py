@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from postproc.report.blocks import Document, Section, Sentence, Values
-from postproc.runtime.conditions import Conditions
-from postproc.runtime.proof.check import Check, said
+from postproc.runtime.proof.check import Check
 from postproc.runtime.written import RunTimeModule
 
 SCHEMA = "postproc/runtime/1"
@@ -21,23 +20,23 @@ def written_document(name: str, robot: str, made: RunTimeModule) -> Document:
     corrected, chord = made.corrected, made.chord
     values = {
         "effects": {"corrected": corrected.keys, "left_out": [*corrected.untold, *corrected.unfit]},
-        "checks": [_values(*each) for each in made.checks],
+        "checks": [*map(_values, made.checks)],
         "chord_500_mm": {"lines": chord.count, "max_mm": 1e3 * chord.largest_m, "rms_mm": 1e3 * chord.rms_m},
         "diagnostics": [d.as_json() for d in made.diagnostics],
     }
-    lines = [*(said(rows, done) for done, rows in made.checks), str(chord)]
+    lines = [*map(str, made.checks), str(chord)]
     return _document(f"write {name}", values, f"{name}: `{robot}`, {made.cost} for one target", lines)
 
 
-def check_document(name: str, robot: str, done: Conditions, check: Check) -> Document:
+def check_document(name: str, robot: str, check: Check) -> Document:
     """Describe the check of a module.
 
     Args:
-        name: of its file. robot: of its arm. done: what it was checked under.
+        name: of its file. robot: of its arm.
     """
-    values = {"checks": [_values(done, check)], "diagnostics": []}
+    values = {"checks": [_values(check)], "diagnostics": []}
     raised = [f"an error leaves the function at {check.raised} targets"] if check.raised else []
-    return _document(f"check {name}", values, f"{name}: `{robot}`, {said(check, done)}", raised)
+    return _document(f"check {name}", values, f"{name}: `{robot}`, {check}", raised)
 
 
 def _document(title: str, values: Values, sentence: str, lines: Sequence[str]) -> Document:
@@ -54,10 +53,10 @@ def _document(title: str, values: Values, sentence: str, lines: Sequence[str]) -
     )
 
 
-def _values(done: Conditions, check: Check) -> Values:
+def _values(check: Check) -> Values:
     """Return an entry of ``checks`` of the document."""
     return {
-        "mass_kg": done.mass,
+        "mass_kg": check.mass,
         "corrected": check.corrected,
         "returned": {str(why): times for why, times in check.returned.items()},
         "errors": check.raised,

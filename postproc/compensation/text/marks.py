@@ -1,0 +1,47 @@
+"""Marks that the package leaves in what it writes, by which a program is known to be compensated before."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+
+from postproc.compensation.text.path_points import ARC_FUNCTIONS, LINE_FUNCTIONS
+from postproc.diagnostics import Diagnostic, Source, Span
+from postproc.rapid.syntax.tokens import names_at
+
+MODULE_MARKER = "postproc runtime 1"
+"""First words of the comment after MODULE in a module whose functions correct targets."""
+CORRECTED, CORRECTED_CIRCLE = "ppCorrected", "ppCorrectedCirc"
+"""Functions of such a module, that give the target to command for a target and for a circle point."""
+CORRECTING = frozenset({CORRECTED.lower(), CORRECTED_CIRCLE.lower()})
+_HEADER = re.compile(rb"^[ \t]*!\s*postproc \d++\.\d++[^\r\n]*compensated", re.MULTILINE)
+# The functions that added targets call stay where somebody takes the header out.
+_NAMES = "|".join([*LINE_FUNCTIONS, *ARC_FUNCTIONS]).encode()
+_ADDED = re.compile(rb"^[ \t]*+(?i:(?:LOCAL[ \t]++)?FUNC[ \t]++\w++[ \t]++(?:%b)\d*+[ \t]*+\()" % _NAMES, re.MULTILINE)
+
+
+def say_corrected_before(sources: Iterable[Source]) -> Iterator[Diagnostic]:
+    """CMP001, an error, at files that were compensated before: by their header, or functions they hold or call.
+
+    A file without its header in which only numbers were changed is not recognised.
+    """
+    program = "the program was compensated before", "start from the original, or take the postproc lines out"
+    read_only = (
+        "the file that is read along was compensated before: its targets hold the correction",
+        "lend the original",
+    )
+    for source in sources:
+        span = _mark(source)
+        if span is not None:
+            text, help_ = read_only if source.read_only else program
+            yield Diagnostic("CMP001", "error", text, source, span, help_)
+
+
+def _mark(source: Source) -> Span | None:
+    """The place in a file that shows that it was compensated before: header, added function or call; else None."""
+    for pattern in (_HEADER, _ADDED, re.compile(re.escape(MODULE_MARKER).encode())):
+        if (match := pattern.search(source.data)) is not None:
+            return match.span()
+    if b"ppcorrected" not in source.data.lower():
+        return None
+    return next((span for name, span in names_at(source, (0, len(source.data))) if name in CORRECTING), None)
