@@ -16,10 +16,10 @@ from postproc.compensation.correction.curve import (
     commanded_curve,
     place_targets,
 )
-from postproc.compensation.correction.fewest_targets import Division, Pieces, divide_moves, divided_alike
+from postproc.compensation.correction.fewest_targets import Division, divide_moves
 from postproc.compensation.correction.reversals import find_reversals
 from postproc.compensation.path.motion import Motion
-from postproc.compensation.text.added_targets import TargetAdder, all_numbers
+from postproc.compensation.text.added_targets import TargetAdder
 from postproc.compensation.text.insertions import DivisibleMoves
 from postproc.compensation.text.requests import Requester
 from postproc.compensation.text.values import Change, Insertion, Place
@@ -59,7 +59,7 @@ class CorrectionPlan:
         unasked: those of them that the scope leaves out.
         on_controller: those of them whose targets a function corrects while the program runs.
         relaxed: moves whose statement gets one correction for runs that need different ones.
-        insertions, pieces: statements to add, and how moves are divided by them.
+        insertions: statements to add; shares: by move that they divide, the fractions of its way at which they are.
         transitions: where the correction jumps.
         refused: moves that need added targets for which there is no text, with the reason.
         why_whole: returns why nothing can be added before a move, empty if something can.
@@ -79,7 +79,7 @@ class CorrectionPlan:
     on_controller: frozenset[StatementKey]
     relaxed: frozenset[int]
     insertions: tuple[Insertion, ...]
-    pieces: tuple[Pieces, ...]
+    shares: Mapping[int, tuple[float, ...]]
     transitions: tuple[Transition, ...]
     refused: Mapping[int, str]
     why_whole: Callable[[int], str]
@@ -159,25 +159,24 @@ class Planner:
             placed = self._placed(left, goals)
             written = place_targets(self.model, self.samples, self.exact, placed)
             curve, transitions = commanded_curve(self.model, self.samples, self.exact, written, self.time)
-            pieces = self._divided(curve, left, whole)
-            # Where a function works out the points of a divided arc, its circle point stays with that.
-            following = {p.move for p in pieces if p.goals and self._follows_arc(p.move)}
-            parts = [p for p in pieces if p.move not in following]
-            vias = self.writer.assign(self.requester.vias(self._chosen(left), written, curve, parts), goals)
-            keys = {self.keys[i] for i in following}
-            adder = TargetAdder(self.requester, curve, self.program, self.writer.corrected([goals, vias]))
-            added = adder.add(pieces, 1e3 * self.division.tolerance)
-            changes, places = self.writer.changes([goals, vias.without({(key, "via") for key in keys})])
+            shares = self._divided(curve, left, whole)
+            divided = {self.keys[i] for i in shares}
+            # The circle point in the statement of a divided arc is that of its last part.
+            undivided = [i for i in self._chosen(left) if self.keys[i] not in divided]
+            vias = self.writer.assign(self.requester.vias(undivided, written, curve), goals)
+            corrected = self.writer.corrected([goals, vias])
+            adder = TargetAdder(self.requester, curve, self.program, corrected, self.divisible.why_not)
+            added = adder.add(shares, 1e3 * self.division.tolerance)
+            changes, places = self.writer.changes([goals, vias])
             stays = {i: shift for i, shift in placed.items() if not shift.any()}
-            must_stay = {key: why for key, why in vias.left.items() if key not in keys}
-            must_stay |= spoiled_starts(self.motion, self.exact, written, stays)
+            must_stay = {**vias.left, **spoiled_starts(self.motion, self.exact, written, stays)}
             arcs = {i: why for i, why in added.refused.items() if self.samples.curves.arc[i]}
             if must_stay.keys() <= left.keys() and arcs.keys() <= whole.keys():
                 break
             left, whole = left | must_stay, whole | arcs
         least = self.motion.options.tolerance_m / 2
         transitions += find_reversals(self.model, self.samples, curve, self.time, least)
-        changes += tuple({change.span: change for change in added.circle_points.values()}.values())
+        changes += tuple(added.circle_points)
         relaxed = goals.relaxed | vias.relaxed
         return CorrectionPlan(
             self.motion,
@@ -189,7 +188,7 @@ class Planner:
             frozenset(key for key in left if self._taken(key)),
             frozenset(i for i, key in enumerate(self.keys) if key in relaxed),
             tuple(added.insertions),
-            tuple(p for p in pieces if p.move not in added.refused),
+            added.shares,
             tuple(transitions),
             {**added.refused, **whole},
             self.divisible.why_not,
@@ -218,8 +217,10 @@ class Planner:
         """Indices of the moves whose statements are not in ``left``."""
         return [i for i, key in enumerate(self.keys) if key not in left]
 
-    def _divided(self, curve: Array, left: Mapping[StatementKey, str], whole: Mapping[int, str]) -> list[Pieces]:
-        """How moves are divided; all runs of a statement are divided at the same fractions.
+    def _divided(
+        self, curve: Array, left: Mapping[StatementKey, str], whole: Mapping[int, str]
+    ) -> dict[int, tuple[float, ...]]:
+        """By move that needs added targets, the fractions of its way at which it needs them.
 
         Args:
             curve: (n, 4, 4) commanded poses.
@@ -231,15 +232,7 @@ class Planner:
             """Whether move i may be divided."""
             return i not in whole and self.keys[i] not in left and not self.divisible.why_not(i)
 
-        return divided_alike(self.samples, divide_moves(self.division, curve, divisible), divisible)
-
-    def _follows_arc(self, i: int) -> bool:
-        """Whether added points of arc i are written as expressions of its start, circle point and goal.
-
-        That is so if these three are not all stated as numbers in the text.
-        """
-        event = self.moves[i].event
-        return event.via is not None and not all_numbers(event, self.moves[i - 1].event)
+        return divide_moves(self.division, curve, divisible)
 
     def _placed(self, left: Mapping[StatementKey, str], goals: Assigned) -> dict[int, Array]:
         """By move, the shift (6,) [m], [rad] of targets that are not where the correction wants them, in work axes.

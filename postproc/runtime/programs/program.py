@@ -13,7 +13,6 @@ from postproc.compensation.conversion import RunTimeFigures
 from postproc.compensation.correction.deviation import Deviation
 from postproc.compensation.options import Options
 from postproc.compensation.plan import CorrectionPlan
-from postproc.compensation.text.path_points import ARC_FUNCTIONS, LINE_FUNCTIONS
 from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.model.arm import Model
 from postproc.rapid.data.events import MotionEvent, StatementKey
@@ -38,9 +37,12 @@ from postproc.runtime.written import RunTimeModule, write_module
 
 PAYLOAD = "ppPayload"
 HEADER = re.compile(rb"^[ \t]*!\s*postproc \d++\.\d++[^\r\n]*compensated", re.MULTILINE)
-# The functions that added targets call stay where somebody takes the header out.
-_NAMES = "|".join([*LINE_FUNCTIONS, *ARC_FUNCTIONS]).encode()
-ADDED = re.compile(rb"^[ \t]*+(?i:(?:LOCAL[ \t]++)?FUNC[ \t]++\w++[ \t]++(?:%b)\d*+[ \t]*+\()" % _NAMES, re.MULTILINE)
+# The functions that added targets call, of this and earlier versions, stay where somebody takes the header out.
+ADDED = re.compile(
+    rb"^[ \t]*+(?i:(?:LOCAL[ \t]++)?FUNC[ \t]++\w++[ \t]++"
+    rb"pp(?:(?:Line|Arc)Point|(?:Line|Arc|Bend)(?:Keep|Conf)|LineBend)\d*+[ \t]*+\()",
+    re.MULTILINE,
+)
 TRIED, LEVEL = 64, 0.01  # positions of external axes, change of gravity [m/s2] that is none
 
 
