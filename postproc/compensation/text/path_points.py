@@ -24,8 +24,8 @@ HIDDEN = "the program has a name of its own for `{}`, which a target between its
 SHARE_DECIMALS = 5
 LINE_FUNCTION, ARC_FUNCTION = "ppLinePoint", "ppArcPoint"
 # What the functions call and declare.
-LINE_NAMES = ("Present", "ATan2", "Sqrt", "Sin", "robtarget", "confdata", "num")
-ARC_NAMES = (*LINE_NAMES, "DotProd", "Cos", "Abs", "orient", "pos")
+LINE_NAMES = ("Present", "ATan2", "Sqrt", "Sin", "robtarget", "confdata", "orient", "pos", "num")
+ARC_NAMES = (*LINE_NAMES, "DotProd", "Cos", "Abs")
 
 
 def free_name(program: Program, name: str) -> str:
