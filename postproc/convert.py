@@ -30,7 +30,6 @@ from postproc.compensation.path.motion import Motion
 from postproc.compensation.plan import CorrectionPlan, OnController, Planner
 from postproc.compensation.readback import changed_confdata, deviations_of, run_again
 from postproc.compensation.reading import few_ways, no_known_target, read_runnable, with_way_out, without_impossible
-from postproc.compensation.worlds import check_written
 from postproc.diagnostics import Diagnostic, Matter, PostprocError, Source, has_errors
 from postproc.model.arm import Model
 from postproc.motion.path.nominal_arm import NominalArm
@@ -285,7 +284,7 @@ def _function(task: _Task, keys: Iterable[StatementKey]) -> tuple[OnTheControlle
 def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tuple[JudgedProgram, list[Diagnostic]]:
     """Follow the written text, compare its deviation with the original's, and judge every statement.
 
-    The findings include those of accuracy, joint limits, seams, and of runs in which open conditions go other ways.
+    The findings include those of accuracy, joint limits, seams, and of other values of data that decides.
     """
     program, events, model, source = task.program, task.events, task.model, task.program.sources[0]
     ((before, after), *others), configured = _deviations(task, plan, text, watch)
@@ -297,8 +296,7 @@ def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tupl
     findings += with_advice(unlike, events, program, task.measured)
     seams = find_seams(outcomes, plan, before, after)
     findings += [*partial_seams(seams, task.options.allow_partial), *unfinished_seams(events)]
-    worlds, more = check_written(program, events, text.drafts, plan, outcomes)
-    findings = [*_sound([*findings, *more]), *check_choices(model, program, events, text.drafts, plan)]
+    findings = [*_sound(findings), *check_choices(model, program, events, text.drafts, plan)]
     limits, more = check_corrected(model.robot, plan, source)
     unseen, lines = unmeasured(outcomes, events, plan)
     judged = JudgedProgram(
@@ -316,7 +314,6 @@ def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tupl
         drawn=figures_of(plan, *others[0]) if others else None,
         accuracy=task.expected.accuracy,
         limits=limits,
-        worlds=worlds,
         remaining=task.expected.remaining,
         run_time=text.function.figures(task.options.run_time, after, plan) if text.function is not None else None,
     )

@@ -75,11 +75,11 @@ def test_imports_point_downward() -> None:
 
 # Folders and files inside a room, in the order in which they may use each other; what a room does not name is free.
 FLOORS = {
-    "rapid": ("unknown", "syntax", "data", "program", "evaluation", "flow", "motions", "execution", "diff"),
+    "rapid": ("unknown", "syntax", "data", "program", "evaluation", "motions", "execution", "diff"),
     "motion": ("mounts", "values", "findings", "path", "timing", "smoothing"),
     "compensation": (
         *("options", "tolerances", "path", "correction", "reading", "text", "plan"),
-        *("readback", "judgement", "worlds", "conversion"),
+        *("readback", "judgement", "conversion"),
     ),
     "cli": ("printing", "options", "robot_options", "program_options", "programs", "convert", "app"),
     "effects": ("contract", "findings", "parameters", "modules", "files", "base", "conformance", "library", "registry"),

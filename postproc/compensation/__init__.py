@@ -2,7 +2,6 @@
 
 Asked: `options`, `tolerances`. `reading` makes the motion of a program (`path`), `plan` goes round until nothing
 changes: `correction` is what the arm should be told, `text` how the program says it. `readback` runs the written text,
-`postures` reads its confdata, `worlds` follows it where run-time data differs, `choices` with the other values that a
-program knows for open data, `judgement` says what came out. `conversion`: all of that in one value. `inspection`: what
-a program moves.
+`postures` reads its confdata, `choices` follows it with the other values that a program knows for open data,
+`judgement` says what came out. `conversion`: all of that in one value. `inspection`: what a program moves.
 """

@@ -2,13 +2,12 @@
 
 The program is followed with the value in the file. PERS data that nothing in the files writes may have another one:
 those that the program itself compares it with, and the indices of arrays that it chooses from. With each of them, one
-datum at a time, original and written program are followed; where the arm then comes to another goal, the model says how
-far from it the TCP is without and with what is written.
+datum at a time, original and written program are followed again; where the arm then comes to another goal, the model
+says how far from it the TCP is without and with what is written.
 """
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
@@ -18,22 +17,24 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.compensation.judgement.transitions import finding
 from postproc.compensation.plan import CorrectionPlan
+from postproc.compensation.readback import run_again
 from postproc.compensation.reading import read_motion, without_impossible
 from postproc.diagnostics import Diagnostic
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
+from postproc.motion.path.places import place_events
 from postproc.rapid.data.events import MotionEvent, StatementKey
 from postproc.rapid.data.records import RobTarget
 from postproc.rapid.data.values import Data
-from postproc.rapid.execution.follower import WorldMotion, follow
-from postproc.rapid.execution.interpreter import AddedMotions
-from postproc.rapid.execution.worlds import PLAIN, World
-from postproc.rapid.program.program import Program, read_again, statements_of
+from postproc.rapid.execution.walk import walk
+from postproc.rapid.motions.recorder import reached
+from postproc.rapid.program.program import Program, statements_of
 from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.nodes import Declaration
+from postproc.robot.cells.station import Station
 
+PLAIN = ("bool", "num", "dnum", "string")  # types of data that an operator sets
 MOST_VALUES = 12  # that are followed; a program with more has a number that is no choice
-SAME_MM = 1.0  # from a goal that is followed anyway: that is no other place
 _NUMBER = re.compile(r"(?<![\w.{])-?\d+(?:\.\d+)?(?![\w.])")
 _STRING = re.compile(r'"([^"\n]*)"')
 
@@ -65,7 +66,7 @@ def check_choices(
         events: all of the program.
         drafts: text of the written files by path.
     """
-    goals = _other_goals(program, events, drafts, plan)
+    goals = _other_goals(model, program, events, drafts, plan)
     if not goals:
         return []
     worst: dict[StatementKey, tuple[float, OtherGoal, float, float]] = {}
@@ -156,60 +157,29 @@ def _conditions(program: Program) -> Iterator[str]:
 
 
 def _other_goals(
-    program: Program, events: Sequence[MotionEvent], drafts: Mapping[str, bytes], plan: CorrectionPlan
+    model: Model, program: Program, events: Sequence[MotionEvent], drafts: Mapping[str, bytes], plan: CorrectionPlan
 ) -> list[OtherGoal]:
-    """Goals of corrected statements that are not followed in the file's world, each once."""
+    """Goals of corrected statements that are not followed with the values in the file, each once."""
     if not any(_open(d) for d in program.declarations):
         return []
-    effects = WriteEffects(program)
-    values = known_values(program, effects.may_be_written)
-    if not values:
-        return []
-    corrected = {move.event.statement.key: move.event for move in plan.motion.moves}
-    corrected = {key: event for key, event in corrected.items() if key in plan.places and key not in plan.left}
-    seen: dict[StatementKey, list[MotionEvent]] = {}
-    for event in events:
-        seen.setdefault(event.statement.key, []).append(event)
-    written = read_again(program, drafts)
-    added: dict[StatementKey, int] = {}
-    for insertion in plan.insertions:
-        added[insertion.statement.key] = added.get(insertion.statement.key, 0) + 1
-    planned = [key for s in program.statements for key in [None] * added.get(s.key, 0) + [s.key]]
-    numbers = {s.key: i for i, s in enumerate(program.statements)}
-    own = {s.key: key for s, key in zip(written.statements, planned, strict=False) if key is not None}
-    ordinals = {key: numbers[of] for key, of in own.items()}
-    routines, again = AddedMotions.between(program, written), WriteEffects(written)
-    entry = plan.motion.options.entry
-    found: list[OtherGoal] = []
+    values = known_values(program, WriteEffects(program).may_be_written)
+    corrected = {move.event.statement.key for move in plan.motion.moves}.intersection(plan.places) - plan.left.keys()
+    known = {reached(event) for event in events}
+    options, station = plan.motion.options, model.station or Station()
+    goals: list[OtherGoal] = []
     for declaration, value in values:
-        world = {declaration.key: value}
-        before = follow(program, entry, World(0, frozenset(), chosen=world), numbers, effects)
-        after = follow(written, entry, World(0, frozenset(), chosen=world), ordinals, again, routines)
-        kept = [motion for motion in after if motion.statement.key in own]
-        for motion, other in zip(before, kept, strict=False):
-            key = motion.statement.key
-            if own[other.statement.key] != key:
-                break
-            there = _at(corrected[key], motion, seen[key]) if key in corrected else None
-            if there is not None and isinstance(other.target, RobTarget):
-                seen[key].append(there)
-                found.append(OtherGoal(declaration.name, value, there, other.target))
-    return found
-
-
-def _at(event: MotionEvent, motion: WorldMotion, known: Sequence[MotionEvent]) -> MotionEvent | None:
-    """The execution of a statement at the goal of a motion in another world; None where that goal is known."""
-    if not isinstance(motion.target, RobTarget) or motion.tool is None or motion.wobj is None:
-        return None
-    force = replace(event.in_force, tool=motion.tool, wobj=motion.wobj, displacement=motion.displacement)
-    for other in known:
-        if (
-            isinstance(other.target, RobTarget)
-            and math.dist(other.target.trans, motion.target.trans) < SAME_MM
-            and (other.wobj, other.displacement, other.tool) == (force.wobj, force.displacement, force.tool)
-        ):
-            return None
-    return replace(event, target=motion.target, via=None, in_force=force, first=True, resumes_from=None, reason=None)
+        chosen = replace(program, chosen={declaration.key: value})
+        there = place_events(walk(chosen, options.entry), station)
+        ran, owners = run_again(chosen, drafts, plan.insertions, there, options, station=station)
+        written = dict(zip(owners or (), ran, strict=False))  # added statements come before their own
+        for i, event in enumerate(there):
+            target = written[i].target if i in written and event.statement.key in corrected else None
+            runs = event.reason is None and not event.unreachable and event.resumes_from is None
+            if runs and isinstance(target, RobTarget) and reached(event) not in known:
+                known.add(reached(event))
+                alone = replace(event, via=None, first=True)
+                goals.append(OtherGoal(declaration.name, value, alone, target))
+    return goals
 
 
 def _deviations(model: Model, goals: Sequence[OtherGoal], plan: CorrectionPlan) -> Array:

@@ -14,7 +14,6 @@ from postproc.compensation.judgement.seams import Seam
 from postproc.compensation.options import Options
 from postproc.compensation.plan import CorrectionPlan
 from postproc.compensation.text.values import StatementOutcome
-from postproc.compensation.worlds import Worlds
 from postproc.diagnostics import Diagnostic
 from postproc.model.arm import Model
 from postproc.motion.timing.limits import LimitReport
@@ -61,7 +60,6 @@ class JudgedProgram:
         shifts: how much of the correction in each work object is one rigid motion.
         drawn: the figures measured from the path as programmed, where such a motion is left out; else None.
         accuracy: expected at the targets, None if the model was not fitted; limits: use of the joints' limits.
-        worlds: in which original and corrected program were compared.
         remaining: lower and upper share of the deflection expected to remain, where the stiffness is an estimate.
         run_time: of what is corrected on the controller, None for nothing.
     """
@@ -80,7 +78,6 @@ class JudgedProgram:
     drawn: PathFigures | None = None
     accuracy: Accuracy | None = None
     limits: LimitReport | None = None
-    worlds: Worlds = Worlds(0, 0)
     remaining: tuple[float, float] | None = None
     run_time: RunTimeFigures | None = None
 

@@ -27,7 +27,6 @@ from postproc.compensation.text.writer import Assigned, Writer
 from postproc.compensation.tolerances import division_tolerances, in_scope, path_tolerances
 from postproc.model.arm import Model
 from postproc.rapid.data.events import MotionEvent, StatementKey
-from postproc.rapid.flow.arrivals import Arrivals
 from postproc.rapid.program.program import Program
 
 SEARCHED = "a search begins here: with one end of its line corrected it would find another place"
@@ -67,7 +66,6 @@ class CorrectionPlan:
         division_tolerance: (m,) the same below which no target is added [m].
         expected_m: expected to remain on the arm [m].
         curve: (n, 4, 4) commanded poses at the samples.
-        arrivals: after which motions each statement may run.
     """
 
     motion: Motion
@@ -87,7 +85,6 @@ class CorrectionPlan:
     division_tolerance: Array
     expected_m: float
     curve: Array
-    arrivals: Arrivals
 
     def not_by_numbers(self, program: Program) -> list[StatementKey]:
         """Keys of motion statements not corrected by changed numbers, without those that the scope leaves out."""
@@ -139,8 +136,7 @@ class Planner:
         self.division = Division.of(self.samples, least, motion.steady())
         self.requester = Requester(model.robot, motion, self.exact)
         self.writer = Writer(program, events, motion)
-        self.arrivals = Arrivals(program, self.writer.effects)
-        self.divisible = DivisibleMoves(events, self.samples, self.arrivals)
+        self.divisible = DivisibleMoves(program, self.samples, self.writer.effects)
         self.events = events
         self.unasked: Mapping[StatementKey, str] = {}
 
@@ -196,7 +192,6 @@ class Planner:
             self.division.tolerance,
             self.expected_m,
             curve,
-            self.arrivals,
         )
 
     def _left_by_choice(self) -> dict[StatementKey, str]:

@@ -7,7 +7,6 @@ Data flows down this list; no folder imports one that stands after it.
 - `data`: RAPID's own records and values, their algebra, motion statements and events.
 - `program`: the files of one task: scopes, signatures, who reads and writes what.
 - `evaluation`: the value of an expression; the data that holds at a moment.
-- `flow`: after which motions each motion statement may run, whatever the data are.
 - `motions`: motion events: targets, settings, where the arm comes from.
 - `execution`: the abstract interpreter that follows a program in the order in which it runs.
 - `diff`: two programs compared by meaning.

@@ -112,7 +112,6 @@ def conversion_values(found: Conversion) -> dict[str, Any]:
         "cycle_time_before_s": limits and round(limits.cycle_time, 3),
         "diagnostics": findings,
         "already": list(judged.options.already),
-        "worlds": asdict(judged.worlds),
         "expected_remaining_fraction": judged.remaining,
         "run_time": judged.run_time and asdict(judged.run_time),
         "rigid_shift": [*map(rigid_shift_values, judged.shifts)],

@@ -253,9 +253,9 @@ STEP = f"  PROC step(){{0}}\nMoveJ {target(1250, -480)},v200,fine,tT;\nMoveL {ta
     ("handler", "other", "added"),
     [
         ("", "", True),
-        (TRYNEXT, "", False),  # errors of a routine without a handler come to its caller
+        (TRYNEXT, "", True),  # an error without a handler leaves its routine: the caller goes on behind the call
         (TRYNEXT, "ERROR\nRETRY;\n", True),
-        (TRYNEXT, "ERROR\nRAISE;\n", False),
+        (TRYNEXT, "ERROR\nRAISE;\n", True),
         ("", "ERROR\nTRYNEXT;\n", False),
         ("ERROR\nRETRY;", "", True),
     ],

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
 
 from postproc.compensation.path.samples import Samples
+from postproc.compensation.text.predecessors import Predecessors
 from postproc.compensation.text.values import Insertion, TargetValue
-from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey
-from postproc.rapid.flow.arrivals import Arrivals, only
+from postproc.rapid.data.events import MotionEvent, MotionStatement
 from postproc.rapid.program.program import Program
-from postproc.rapid.unknown import Kind
+from postproc.rapid.program.write_effects import WriteEffects
 
 # An added target of the approach to a seam is a plain move: the arc is lit at the seam's first target only.
 # Instructions that do something at their target (outputs, procedure calls) get plain moves as well; those with triggers
@@ -25,11 +24,6 @@ _AT_TARGET = frozenset({"\\z", "\\inpos", "\\on", "\\off", "\\value", "\\dvalue"
 _AT_START = frozenset({"\\seamname", "\\preprocesstracking"})
 
 TURNED_ASIDE = r"`SingArea\Wrist` turns the tool aside on the way, as its controller decides"
-RESUMED = "an error handler may go on behind it with `TRYNEXT`, from the middle of a divided line"
-UNRESOLVED_START = "it also runs on ways that are not followed, which begin elsewhere"
-FROM_ELSEWHERE = "the arm may come here from elsewhere than on the way that is followed"
-MAY_HAVE_CHANGED = "where its line begins, or its frame, may have been written since the arm was there"
-FRAMES = ("tool", "\\wobj")  # roles of arguments
 
 _NO_CODE = re.compile(rb'"[^"\n]*"|![^\n]*')
 _OPENS = re.compile(
@@ -79,77 +73,30 @@ class DivisibleMoves:
     An added target lies on one line, so the statement must always be reached from the start of that line.
 
     Args:
-        events: all of the program.
-        arrivals: after which motions each statement may run.
+        changes: write effects of the program.
     """
 
-    def __init__(self, events: Sequence[MotionEvent], samples: Samples, arrivals: Arrivals) -> None:
-        self.moves, self.arrivals = samples.moves, arrivals
+    def __init__(self, program: Program, samples: Samples, changes: WriteEffects) -> None:
+        self.moves = samples.moves
+        self.predecessors = Predecessors(program, changes)
         self.aside = frozenset(samples.turned_aside().tolist())
-        self.unresolved = _unresolved_starts(events, (move.row for move in self.moves if not move.first))
-        self._asked: dict[int, str] = {}
+        self._reasons: dict[int, str] = {}
 
     def why_not(self, i: int) -> str:
         """Why no target can be added before move i; empty if one can."""
-        if i not in self._asked:
-            self._asked[i] = self._reason(i)
-        return self._asked[i]
+        if i not in self._reasons:
+            self._reasons[i] = self._reason(i)
+        return self._reasons[i]
 
     def _reason(self, i: int) -> str:
         """The reason that `why_not` returns, without its cache."""
         event = self.moves[i].event
-        statement = event.statement
-        if statement.key in self.unresolved:
-            return UNRESOLVED_START
-        if i > 0 and statement.interpolation in ("line", "arc"):
-            if only(self.arrivals.before(statement.key)) != self.moves[i - 1].event.statement.key:
-                return FROM_ELSEWHERE
-            frames = (statement.argument(role) for role in FRAMES)
-            names = [event.start or "", *(argument.text for argument in frames if argument is not None)]
-            if not self.arrivals.keeps(statement, " ".join(names)):
-                return MAY_HAVE_CHANGED
-        if f"{statement.module}.{statement.routine}".lower() in self.arrivals.resumed_behind_errors:
-            return RESUMED
+        if event.statement.interpolation in ("line", "arc"):
+            before = self.moves[i - 1].event.statement if i else event.statement
+            elsewhere = self.predecessors.why_not(event.statement, before)
+            if elsewhere:
+                return elsewhere
         return TURNED_ASIDE if i in self.aside else why_indivisible(event) or ""
-
-
-def _unresolved_starts(events: Sequence[MotionEvent], rows: Iterable[int]) -> frozenset[StatementKey]:
-    """Statements that also have runs which are not understood (with an unknown payload, for example).
-
-    Those runs do not count that go from and to the same places as a run that is understood. A target added for one run
-    would lie beside the way of the other.
-
-    Args:
-        rows: of the events that are moves with a known start.
-    """
-    lost = {
-        row: e for row, e in enumerate(events) if e.reason is not None and e.resumes_from is None and not e.unreachable
-    }
-    keys = {e.statement.key for e in lost.values()}
-    followed = {_way(events, row) for row in rows if events[row].statement.key in keys}
-    return frozenset(e.statement.key for row, e in lost.items() if _way(events, row) not in followed)
-
-
-def _way(events: Sequence[MotionEvent], row: int) -> tuple[object, ...]:
-    """A key that is equal for two runs of a statement on one line in the object frame, by start, goal and frames.
-
-    It is unique to the run if these are not known, and empty if no motion comes before.
-    """
-    event, before = events[row], row - 1
-    while before >= 0 and events[before].statement.interpolation == "none" and events[before].reason is None:
-        before -= 1
-    if event.first or before < 0:
-        return ()
-    start = events[before]
-    known = start.target is not None and event.target is not None and _unknowns(start) == _unknowns(event)
-    place = (start.target, event.target, event.via)
-    frames = ((e.wobj, e.displacement, e.tool) for e in (start, event))
-    return (event.statement.key, *place, *frames) if known else (row,)
-
-
-def _unknowns(event: MotionEvent) -> list[tuple[Kind, str]]:
-    """Kind and subject of the reasons why an execution is not understood, without their wording."""
-    return [(unknown.root.kind, unknown.root.subject) for unknown in event.unknowns]
 
 
 def _stands_alone(data: bytes, offset: int) -> bool:

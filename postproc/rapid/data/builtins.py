@@ -171,38 +171,21 @@ FUNCTIONS: Mapping[str, tuple[str, Callable[..., Data]]] = {
     "dnumtonum": ("num", float),
 }
 
-# Result types of functions whose result only the running controller has (ABB RAPID reference manual, functions).
-_RUN_TIME = {
-    "bool": """
-        getnextsym indinpos indspeed isfile isleadthrough ismechunitactive isstopmoveact isstoppos isstopstateevent
-        issyncmoveon issysid modexist paridposvalid paridrobvalid pfrestart ppmovedinmanmode robos stiscalib
-        stisclosed stisindgun stisopen taskisactive taskisexecuting taskrunmec taskrunrob testdi texttabfreetouse
-        uiclientexist validio
-        """,
-    "dionum": "dinput doutput",
-    "dnum": "ginputdnum goutputdnum uidnumentry uidnumtune",
-    "event_type": "eventtype",
-    "jointtarget": "cjointt",
-    "num": """
-        ainput aoutput clkread cspeedoverride exechandler execlevel filesize filetime fssize
-        getmaxnumberofcyclicbool getmodalpayloadmode gettime ginput goutput iounitstate maxextlinearspeed
-        maxextreorientspeed maxrobreorientspeed maxrobspeed motionplannerno nonmotionmode opmode pathlengthget
-        pathlevel pathrecvalidbwd pathrecvalidfwd progmemfree readbin readmotor readnum readvar reltime
-        remainingretries runmode socketgetstatus stcalcforce stcalctorque tasksinsync testsignread texttabget
-        uilistview uimessagebox uinumentry uinumtune
-        """,
-    "pos": "corrread cpos",
-    "pose": "poserror",
-    "robtarget": "crobt",
-    "string": """
-        cdate ctime getmecunitname getserviceinfo getsysinfo gettaskname readstr readstrbin rmqgetslotname robname
-        socketpeek textget uialphaentry
-        """,
-    "tooldata": "ctool",
-    "wobjdata": "cwobj",
-}  # fmt: skip
-RUN_TIME: Mapping[str, str] = {name: kind for kind, names in _RUN_TIME.items() for name in word_set(names)}
-"""Result type by lower-case name; all of them only read their arguments, except ``GetNextSym``."""
+# Functions whose result only the running controller has (ABB RAPID reference manual, functions); all of them only read
+# their arguments, except ``GetNextSym``.
+RUN_TIME = word_set("""
+    ainput aoutput cdate cjointt clkread corrread cpos crobt cspeedoverride ctime ctool cwobj dinput doutput
+    eventtype exechandler execlevel filesize filetime fssize getmaxnumberofcyclicbool getmecunitname
+    getmodalpayloadmode getnextsym getserviceinfo getsysinfo gettaskname gettime ginput ginputdnum goutput
+    goutputdnum indinpos indspeed iounitstate isfile isleadthrough ismechunitactive isstopmoveact isstoppos
+    isstopstateevent issyncmoveon issysid maxextlinearspeed maxextreorientspeed maxrobreorientspeed maxrobspeed
+    modexist motionplannerno nonmotionmode opmode paridposvalid paridrobvalid pathlengthget pathlevel
+    pathrecvalidbwd pathrecvalidfwd pfrestart poserror ppmovedinmanmode progmemfree readbin readmotor readnum
+    readstr readstrbin readvar reltime remainingretries rmqgetslotname robname robos runmode socketgetstatus
+    socketpeek stcalcforce stcalctorque stiscalib stisclosed stisindgun stisopen taskisactive taskisexecuting
+    taskrunmec taskrunrob tasksinsync testdi testsignread textget texttabfreetouse texttabget uialphaentry
+    uiclientexist uidnumentry uidnumtune uilistview uimessagebox uinumentry uinumtune validio
+    """)
 
 
 def call(name: str, arguments: Iterable[Data], options: Mapping[str, Data]) -> tuple[str, Data]:

@@ -131,18 +131,6 @@ def zero(kind: str, records: Mapping[str, Fields]) -> Data:
     return {"bool": False, "string": ""}.get(kind, 0.0)
 
 
-def part_types(kind: str, count: int, records: Mapping[str, Fields]) -> tuple[str, ...]:
-    """Type of each of the ``count`` parts of a record value; "" for all where no record of that size is known.
-
-    Records of process options (``seamdata``) differ between versions of RobotWare, and may be declared in no file.
-
-    Args:
-        kind: type name in lower case; records: fields of the record types by name.
-    """
-    fields = records.get(kind, ())
-    return tuple(part for _, part in fields) if len(fields) == count else ("",) * count
-
-
 def _parts_of(kind: str, records: Mapping[str, Fields], levels: int) -> int:
     """How many numbers, texts and truth values a type holds; some number above ``MOST_PARTS`` if there are more.
 

@@ -65,8 +65,6 @@ def set_data(declaration: Declaration, data: Data, memory: Memory) -> None:
         now.held = (*now.held, declaration.key)
     if memory.teaching.covers(declaration):
         data = memory.teaching.written(declaration, data, lambda: memory.declared(declaration).data)
-    if isinstance(now, Unknown):
-        memory.invalidate(declaration.key)
     memory.changed[declaration.key] = data
 
 
@@ -139,7 +137,6 @@ def forget(memory: Memory, keys: Iterable[str], kind: Kind, cause: str = "") -> 
     for key in keys:
         bound = memory.frame.bindings.get(key[1:]) if key[0] == "%" else None
         if key == UNSEEN:
-            memory.invalidate(UNSEEN)
             assume(memory, memory.changes.exposed, cause)
         elif isinstance(bound, Reference):
             _forget_data(bound.declaration, kind, cause, memory)
@@ -150,7 +147,6 @@ def forget(memory: Memory, keys: Iterable[str], kind: Kind, cause: str = "") -> 
             if declaration is not None and memory.teaching.covers(declaration):
                 _forget_data(declaration, kind, cause, memory)
             else:
-                memory.invalidate(key)
                 memory.changed[key] = Unknown(kind, shown(key, memory.program), cause, key=key)
 
 

@@ -28,6 +28,7 @@ class DeclaredValues:
         self.elements: dict[tuple[str, tuple[int, ...]], tuple[Span, ...]] = {}
         self.zeros: dict[str, Data] = {}  # by type
         self.records = known_records(program.modules)
+        self.chosen = program.chosen
 
     def value(self, declaration: Declaration, home: Home) -> Value:
         """The value that the declaration itself gives, evaluated once and kept.
@@ -59,6 +60,8 @@ class DeclaredValues:
             Unknown: the text gives none, or PERS data has no span.
         """
         rank = len(declaration.dims)
+        if declaration.key in self.chosen:
+            return Value(self.chosen[declaration.key], declaration.type, rank, declaration.key)
         if span is None:
             if declaration.storage == "PERS":
                 raise Unknown(Kind.NO_VALUE, declaration.name, "", declaration.name, declaration.span)

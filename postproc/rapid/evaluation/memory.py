@@ -13,7 +13,6 @@ from postproc.rapid.evaluation.declared import DeclaredValues
 from postproc.rapid.evaluation.evaluate import component, evaluate, pick, whole
 from postproc.rapid.evaluation.teaching import Teaching
 from postproc.rapid.program.program import Program
-from postproc.rapid.program.statement_effects import UNSEEN
 from postproc.rapid.program.write_effects import WriteEffects, named_writers
 from postproc.rapid.syntax.nodes import Declaration, Routine
 from postproc.rapid.syntax.trees import Call, Component, Expression, Index, Name
@@ -106,7 +105,6 @@ class Memory:
 
     Args:
         changed: only what has been assigned or forgotten, over the initial values.
-        invalidations: how often something may have written data, by key, of all ways together.
         reads, noted: causes of doubt of what was read in the present expression, and in all since ``noted`` was
             emptied.
         ends: indices of the events after one of which the arm stands now, and ``NOWHERE``.
@@ -120,7 +118,6 @@ class Memory:
     frame: CallFrame
     function: Callable[[Call, Memory], Value | None]
     changed: dict[str, Data] = field(default_factory=dict)
-    invalidations: dict[str, int] = field(default_factory=dict)
     ends: frozenset[int] = LOST
     conditional: int = 0
     trial: bool = False
@@ -155,15 +152,6 @@ class Memory:
             goes_on: the caller continues; False behind EXIT, an error or an endless loop.
         """
         self.frame.exits.append(Exit(dict(self.changed), self.ends, value, goes_on))
-
-    def invalidate(self, key: str) -> None:
-        """Count that something may have written the data of this key; ``UNSEEN``: all that unseen code can write."""
-        self.invalidations[key] = self.invalidations.get(key, 0) + 1
-
-    def invalidated(self, key: str) -> int:
-        """How often something may have written the data of this key unseen so far."""
-        reached = UNSEEN in self.invalidations and key in self.changes.exposed
-        return self.invalidations.get(key, 0) + (self.invalidations[UNSEEN] if reached else 0)
 
     # -- Scope ---------------------------------------------------------------------------------------------------
 

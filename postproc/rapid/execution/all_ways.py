@@ -16,10 +16,9 @@ from postproc.rapid.evaluation.assign import differing, forget, joined, present
 from postproc.rapid.evaluation.evaluate import names_in
 from postproc.rapid.evaluation.memory import Exit, Memory
 from postproc.rapid.execution.findings import WalkFindings
-from postproc.rapid.execution.interpreter import AddedMotions, Interpreter
+from postproc.rapid.execution.interpreter import MAX_TURNS, AddedMotions, Interpreter
 from postproc.rapid.execution.jumps import UNTIL, jumps_in, structured
 from postproc.rapid.execution.path_splitting import Ends, Place, SplitBranches
-from postproc.rapid.flow.constants import MAX_TURNS, counted
 from postproc.rapid.motions.events_of import EventMaker
 from postproc.rapid.motions.recorder import Recorder
 from postproc.rapid.program.arguments import Piece
@@ -288,8 +287,7 @@ class AllWays(Interpreter):
 
         False if its body is left.
         """
-        bounds = [self.deciding(span, memory) for span in loop.parts]
-        indices = counted(*bounds) if all(isinstance(bound, float) for bound in bounds) else None
+        indices = self.indices(loop, memory)
         known = indices is not None
         for index in indices or ():
             if self.exhausted(memory.frame.routine.source):

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from postproc.diagnostics import Span
 from postproc.rapid.data.events import MotionStatement, StatementKey
-from postproc.rapid.data.values import Data, Value, as_type
+from postproc.rapid.data.values import Data, Value, as_type, single
 from postproc.rapid.evaluation.accessor import Accessor
 from postproc.rapid.evaluation.assign import assume, forget
 from postproc.rapid.evaluation.call_binding import bound_frame
@@ -26,6 +26,7 @@ from postproc.rapid.syntax.trees import Call
 from postproc.rapid.unknown import Assumed, Kind, Unknown, without_causes
 
 MAX_CALLS = 30  # depth
+MAX_TURNS = 10_000  # of one loop; a loop with more is treated as one that runs nobody knows how often
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,12 +41,8 @@ class AddedMotions:
     routines: frozenset[str] = frozenset()
 
     @classmethod
-    def between(cls, program: Program, written: Program, motions: Iterable[StatementKey] = ()) -> AddedMotions:
-        """Return the given added motions, and the routines that ``written`` has and ``program`` has not.
-
-        Args:
-            motions: keys of the motion statements that were added.
-        """
+    def between(cls, program: Program, written: Program, motions: Iterable[StatementKey]) -> AddedMotions:
+        """Return motions that were added, by their keys, and the routines that ``program`` does not have."""
         own = {routine.key for routine in program.all_routines()}
         return cls(frozenset(motions), frozenset(routine.key for routine in written.all_routines()) - own)
 
@@ -159,6 +156,22 @@ class Interpreter(ABC):
         if hidden is not None:
             bindings[loop.word] = hidden
         return reached
+
+    def indices(self, loop: Statement, memory: Memory) -> list[float] | None:
+        """Values of the index of a FOR loop, in single precision; None without known bounds, or of too many turns."""
+        bounds = [self.deciding(span, memory) for span in loop.parts]
+        numbers = [single(bound) for bound in bounds if isinstance(bound, float)]
+        if len(numbers) < len(bounds):
+            return None
+        index, last = numbers[:2]
+        step = numbers[2] if len(numbers) > 2 else 1.0 if last >= index else -1.0
+        turns: list[float] = []
+        while index <= last if step >= 0 else index >= last:
+            if len(turns) == MAX_TURNS:
+                return None
+            turns.append(index)
+            index = single(index + step)
+        return turns
 
     # -- conditions ----------------------------------------------------------------------------------------------------
 
@@ -351,8 +364,6 @@ class Interpreter(ABC):
             if not isinstance(bound, Reference):
                 forget(memory, keys, Kind.MAY_BE_WRITTEN, f"`{routine.name}`")
             elif bound.assumed:
-                for key in keys:
-                    memory.invalidate(key)
                 assume(memory, keys, f"`{routine.name}`")
 
     def function(self, call: Call, memory: Memory) -> Value | None:

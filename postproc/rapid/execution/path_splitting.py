@@ -14,8 +14,9 @@ from math import prod
 
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.data.values import Data
-from postproc.rapid.flow.states import MOST_WAYS
 from postproc.rapid.unknown import Kind, Unknown
+
+MOST_COMBINATIONS = 8  # of arms that are followed, each in a walk of its own
 
 Place = tuple[str, int]  # path and offset of a statement
 Ends = Mapping[int, Mapping[str, Data] | None]
@@ -71,7 +72,7 @@ class SplitBranches:
             keys: keys of the data that the branch may change; written: those that each arm may change.
             left: whether an arm may end the routine by RETURN.
         """
-        if len(ends) > MOST_WAYS:  # too many to follow, whatever they set
+        if len(ends) > MOST_COMBINATIONS:  # too many to follow, whatever they set
             self.found[place] = Choice((), frozenset(keys), frozenset(), {}, left)
             return
         setting = {arm: written[arm] for arm, end in ends.items() if end is not None and written[arm]}
@@ -105,11 +106,11 @@ class SplitBranches:
 
 
 def combinations(branches: Mapping[Place, tuple[int, ...]]) -> list[dict[Place, int]]:
-    """Every choice of one arm for each branch, by place; an empty list if there are more than ``MOST_WAYS``.
+    """Every choice of one arm for each branch, by place; an empty list if there are more than ``MOST_COMBINATIONS``.
 
     Args:
         branches: numbers of the possible arms of each branch, by its place.
     """
-    if prod(map(len, branches.values())) > MOST_WAYS:
+    if prod(map(len, branches.values())) > MOST_COMBINATIONS:
         return []
     return [dict(zip(branches, chosen, strict=True)) for chosen in product(*branches.values())]

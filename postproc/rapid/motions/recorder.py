@@ -8,13 +8,13 @@ from dataclasses import replace
 from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey
 from postproc.rapid.data.records import JointTarget, RobTarget
 from postproc.rapid.evaluation.memory import LOST, NOWHERE, Memory
-from postproc.rapid.flow.states import MOST_WAYS
 from postproc.rapid.motions.elements import IndexValues, elements
 from postproc.rapid.motions.events_of import EventMaker
 from postproc.rapid.motions.regressors import Numbers, named_numbers
 from postproc.rapid.unknown import Kind
 
 MOST_KEPT = 256  # places where the arm may stand, of a program with a thousand branches
+MOST_STARTS = 8  # places from which the arm may come to a motion that are told apart
 
 
 class Recorder:
@@ -191,7 +191,7 @@ class Recorder:
     def either(self, *ends: frozenset[int]) -> frozenset[int]:
         """Indices of the events after one of which the arm stands where ways meet: the union of ``ends`` of each way.
 
-        Of more than ``MOST_KEPT``, two for each of the last ``MOST_WAYS`` places are kept, and ``NOWHERE``.
+        Of more than ``MOST_KEPT``, two for each of the last ``MOST_STARTS`` places are kept, and ``NOWHERE``.
         """
         found = ends[0].union(*ends[1:])
         if len(found) <= MOST_KEPT:
@@ -199,7 +199,7 @@ class Recorder:
         places: dict[tuple[object, ...], list[int]] = {}
         kept = [*found & {NOWHERE}]
         for end in sorted(found, reverse=True):
-            if end == NOWHERE or len(places) == MOST_WAYS:
+            if end == NOWHERE or len(places) == MOST_STARTS:
                 break
             here = places.setdefault(self._place(end), [])
             kept += [end] if len(here) < 2 else []
@@ -207,7 +207,7 @@ class Recorder:
         return frozenset(kept)
 
     def _go_by_all_ways(self, event: MotionEvent, ends: frozenset[int]) -> None:
-        """Append the event once for each of the last ``MOST_WAYS`` places from which the arm may come.
+        """Append the event once for each of the last ``MOST_STARTS`` places from which the arm may come.
 
         Args:
             ends: indices of the events after one of which the arm stands now.
@@ -215,7 +215,7 @@ class Recorder:
         # Predecessors from one place are one: of a loop's turns that end alike the last counts.
         known = sorted(ends - {NOWHERE})
         if len(known) > 1:
-            known = sorted({self._place(end): end for end in known}.values())[-MOST_WAYS:]
+            known = sorted({self._place(end): end for end in known}.values())[-MOST_STARTS:]
             known.sort(key=lambda end: end != self.last)  # on from the event before while it is the one before
         if len(ends) > 1 or not known:
             event = replace(event, detached=True, first=not known)

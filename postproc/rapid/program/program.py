@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from postproc.diagnostics import Diagnostic, Matter, Source
 from postproc.rapid.data.arm import ControllerArm
 from postproc.rapid.data.events import MotionStatement, StatementKey
+from postproc.rapid.data.values import Data
 from postproc.rapid.program.arguments import MotionReader
 from postproc.rapid.program.scopes import (
     all_declarations,
@@ -54,6 +55,7 @@ class Program:
         taught: lower-case names of data that calibration routines set to the value in the text, as the user states.
         arm: the arm that runs the program, for functions that need its kinematics; None where it is not known.
         elsewhere: which of its data other tasks of the controller share or write.
+        chosen: values of declared data that are not those of the text, by key.
     """
 
     sources: tuple[Source, ...]
@@ -67,6 +69,7 @@ class Program:
     taught: frozenset[str] = frozenset()
     arm: ControllerArm | None = field(default=None, repr=False)
     elsewhere: Elsewhere = Elsewhere()
+    chosen: Mapping[str, Data] = field(default_factory=dict, repr=False)
 
     def declaration(self, name: str, module: str = "", routine: str = "") -> Declaration | None:
         """The data that ``name`` (any case) means inside a routine: its own, the module's, the task's, or None."""
@@ -193,7 +196,7 @@ def read_again(program: Program, text: Mapping[str, bytes]) -> Program:
         text: new bytes of each file, by path.
     """
     files = [replace(source, data=text[source.path]) for source in program.sources]
-    return read_program(files, program.taught, program.arm, program.elsewhere)
+    return replace(read_program(files, program.taught, program.arm, program.elsewhere), chosen=program.chosen)
 
 
 def _read_motions(

@@ -32,6 +32,7 @@ class WriteEffects:
         acting: matches calls of the program's functions that do more than calculate; None if there is none.
         shared: keys of data that other tasks declare too; elsewhere: of data that code outside of the
             program may write at any time.
+        interrupting: keys of what runs at any moment may change: traps, and procedures that a motion starts.
         volatile: keys of data that may be written at any moment: by other tasks, traps, handlers.
         unseen_any_time: whether code in none of the files may run at any moment.
     """
@@ -74,8 +75,9 @@ class WriteEffects:
             for body in routine.handlers
             if _goes_on(body, routine)
         ]
-        found_here = (k for keys in (*traps, *handlers, self.direct.lasting) for k in keys if k[0] not in "%@")
-        self.volatile = self.elsewhere.union(found_here)
+        self.interrupting = frozenset[str]().union(*traps)
+        written_here = (k for keys in (*traps, *handlers, self.direct.lasting) for k in keys if k[0] not in "%@")
+        self.volatile = self.elsewhere.union(written_here)
         self.unseen_any_time = any(UNSEEN in keys for keys in (*traps, *handlers))
 
     def paths(self, declaration: Declaration) -> Sequence[tuple[str, ...]]:

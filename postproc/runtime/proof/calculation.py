@@ -100,7 +100,7 @@ class Calculation(OneWay):
         Raises:
             PostprocError: RUN003, it is no assignment, IF, FOR, RETURN or call.
         """
-        self.spend()
+        self.taken += 1
         self.values.place = statement.span
         if statement.kind not in ("assign", "if", "for", "return", "call"):
             raise _cannot(memory, statement.span, "this statement is not calculated here")
