@@ -271,27 +271,6 @@ def test_a_routine_that_calls_itself() -> None:
     assert x("again;", P + f"PROC again() {move('1')} again; ENDPROC") == [1]
 
 
-@pytest.mark.parametrize(
-    ("loop", "start"),
-    [
-        ("MoveL s{k},v5,z0,tool0; TPWrite text; MoveL e{k},v5,z0,tool0;", "s{k}"),
-        ("go k; IF on THEN k:=k+1; k:=k-1; ENDIF MoveL e{k},v5,z0,tool0;", "s{k}"),
-        ("MoveL s{k},v5,z0,tool0; k:=3-k; MoveL e{k},v5,z0,tool0; k:=3-k;", None),
-        ("MoveL s{k},v5,z0,tool0; IF di1=1 THEN MoveL p,v5,z0,tool0; ENDIF MoveL e{k},v5,z0,tool0;", None),
-        ("MoveL Offs(s{k},1,0,0),v5,z0,tool0; MoveL e{k},v5,z0,tool0;", "Offs(s{k},1,0,0)"),
-        ("w:=s{k}; MoveL w,v5,z0,tool0; MoveL e{k},v5,z0,tool0;", "w"),
-        ("w:=s{k}; MoveL w,v5,z0,tool0; w.trans.x:=w.trans.x+1; MoveL e{k},v5,z0,tool0;", None),
-    ],
-)
-def test_the_start_of_a_line_has_the_name_that_means_it_where_the_line_is_driven(loop: str, start: str | None) -> None:
-    ends = f"[{target(1, 0, 0)},{target(2, 0, 0)}]"
-    data = P + f"CONST robtarget s{{2}}:={ends}; CONST robtarget e{{2}}:={ends}; VAR num k; VAR robtarget w;"
-    data += "CONST bool on:=TRUE; VAR string text; PROC go(num k) MoveL s{k},v5,z0,tool0; ENDPROC "
-    found = events(f"k:=1; WHILE k<3 DO {loop} k:=k+1; ENDWHILE", data)
-    lines = [e for e in found if e.target_origin.declaration == "m..e" and e.resumes_from is None]
-    assert len(lines) >= 2 and {e.start for e in lines} == {start}
-
-
 # -- written data ---------------------------------------------------------------------------------------------------
 
 
@@ -799,14 +778,6 @@ def test_the_root_of_what_a_function_displaces_is_its_target_among_others() -> N
     root = found.target_origin.root
     assert root is not None and root.target.trans == (10, 0, 0)
     assert root.lever == pytest.approx((0, 0, -3))
-
-
-def test_a_move_starts_where_a_function_in_its_target_has_moved_the_arm() -> None:
-    data = "".join(f"CONST robtarget p{k}:={target(1000 + k, 0, 700)};\n" for k in range(3))
-    function = "ENDPROC\nFUNC robtarget fPlace()\nMoveL p1,v100,z10,tool0;\nRETURN p2;\nENDFUNC\nPROC other()"
-    body = f"MoveL p0,v100,z10,tool0;\nMoveL fPlace(),v100,z10,tool0;\nMoveL p2,v100,z10,tool0;\n{function}"
-    found = walk(program(module(body, data)))
-    assert [event.start for event in found] == [None, "p0", "p1", "fPlace()"]
 
 
 def test_what_is_in_force_is_one_value_until_something_sets_it() -> None:

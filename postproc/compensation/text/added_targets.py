@@ -159,8 +159,6 @@ class TargetAdder:
         runs = [self._run(i) for i in indices]
         if texts is None and any(run.ends != runs[0].ends for run in runs):
             raise _Whole(UNLIKE)
-        if len(runs) > 1 and any(run.before.resumes_from is not None for run in runs):
-            raise _Whole(UNLIKE)  # to elements of an array that the controller alone knows
         to = [self._target(runs, texts, share, within_mm) for share in goals]
         zone = small_zone(self.program, event)
         if event.via is None:
