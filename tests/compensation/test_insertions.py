@@ -331,6 +331,49 @@ def test_nothing_is_added_where_the_arm_may_come_from_elsewhere(way: str) -> Non
     assert found.outcomes[-1].status == "compensated"
 
 
+BETWEEN = {
+    "SetDO do1,1;": True,
+    'WaitTime 1;\n! a comment\nTPWrite "on";': True,
+    "VelSet 50,500;\nConfL\\Off;\nGripLoad load0;": True,
+    "n:=n+1;": False,
+    'TPReadNum n,"how many";': False,
+    "n:=Beside();": False,
+    "PDispSet [[0,0,1],[1,0,0,0]];": False,
+    "again:": False,
+    "StorePath;\nRestoPath;": False,
+    "StopMove;\nStartMove;": False,
+    "rNothing;": False,
+    "IF di1=1 SetDO do1,1;": False,
+    "IF n=1 THEN": True,
+    "TEST n\nCASE 1:": True,
+    "IF Beside()=1 THEN": False,
+    "WHILE n=1 DO": False,
+}
+
+
+@pytest.mark.parametrize("between", BETWEEN)
+def test_a_line_is_divided_directly_behind_the_motion_before(between: str) -> None:
+    """Between them may stand what neither moves, nor jumps, nor writes: then the arm always comes from there."""
+    opened = next((w for w in ("IF", "TEST", "WHILE") if between.startswith(w) and not between.endswith(";")), None)
+    end = f"\nEND{opened}" if opened else ""
+    body = f"MoveJ {target(1350, -500)},v200,fine,tT;\n{between}\nMoveL {target(1350, -20)},v50,fine,tT;{end}"
+    more = "  FUNC num Beside()\n    n:=n+1;\n    RETURN n;\n  ENDFUNC\n  PROC rNothing()\n    WaitTime 1;\n  ENDPROC\n"
+    found = convert(module("PERS num n:=1;", body, more))
+    assert (found.report["added_targets"] > 0) == BETWEEN[between], codes(found)
+
+
+@pytest.mark.parametrize(
+    ("trap", "added"),
+    [("n:=n+1;", True), ("MoveL {c},v50,fine,tT;", False), ("rMenu;", False), ("a.trans.z:=a.trans.z+9;", False),
+     ("b.trans.z:=b.trans.z+9;", True), ("PDispSet [[0,0,9],[1,0,0,0]];", False)],
+)  # fmt: skip
+def test_nothing_is_added_where_a_trap_may_change_where_the_line_begins(trap: str, added: bool) -> None:
+    data = f"PERS num n:=1;\nVAR intnum it;\nPERS robtarget a:={target(1350, -500)};\nPERS robtarget b:={target(1350, -20)};"
+    more = f"  TRAP tr\n    {trap.format(c=target(1300, -300))}\n  ENDTRAP\n"
+    found = convert(module(data, "CONNECT it WITH tr;\nMoveJ a,v200,fine,tT;\nMoveL b,v50,fine,tT;", more))
+    assert (found.report["added_targets"] > 0) == added, codes(found)
+
+
 def test_nothing_is_added_before_a_statement_that_runs_elsewhere_too() -> None:
     """`service` runs the same line to another place: targets added on this one would stand in its way."""
     begin = f"MoveJ {target(1350, -500)},v200,fine,tT;"

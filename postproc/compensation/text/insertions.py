@@ -23,6 +23,7 @@ CARRIED = frozenset({"\\v", "\\wobj", "\\tload", "\\weave", "\\track"})
 _AT_TARGET = frozenset({"\\z", "\\inpos", "\\on", "\\off", "\\value", "\\dvalue"})
 _AT_START = frozenset({"\\seamname", "\\preprocesstracking"})
 
+CHOSEN = "only the controller chooses which element of an array it begins or ends at"
 TURNED_ASIDE = r"`SingArea\Wrist` turns the tool aside on the way, as its controller decides"
 
 _NO_CODE = re.compile(rb'"[^"\n]*"|![^\n]*')
@@ -96,6 +97,8 @@ class DivisibleMoves:
             elsewhere = self.predecessors.why_not(event.statement, before)
             if elsewhere:
                 return elsewhere
+            if event.one_of_several or self.moves[i - 1].event.one_of_several:
+                return CHOSEN
         return TURNED_ASIDE if i in self.aside else why_indivisible(event) or ""
 
 

@@ -290,9 +290,9 @@ class MotionEvent:
     resumes_from: int | None = (
         None  # no motion: the arm stands where that event has brought it, and another way goes on
     )
+    one_of_several: bool = False  # its target is an element of an array that only the controller chooses
     way: int = 0  # number of the way by which the arm comes here, where it may come by several
     numbers: tuple[tuple[str, float], ...] = ()  # what the numbers are that the statement names beside its target
-    start: str | None = None  # what the program calls the target where the arm comes from, if that means the same here
     assumed: tuple[str, ...] = ()  # why target, tool, frames or load are not certain: phrases for people
     axes: Ax6 | None = field(default=None, compare=False)  # where external axes stand at the goal [mm, deg], or NaN
     unknowns: tuple[Unknown, ...] = field(default=(), compare=False)  # what ``reason`` says, as values

@@ -46,7 +46,7 @@ def walk(program: Program, entry: str | None = None, added: AddedMotions | None 
     Args:
         entry: name of the routine to execute instead of ``main``; then only its motions are returned.
         added: motions and routines that were written into the program: they cost no steps, so that it is followed as
-            far as the original; events then lack the names by which the program calls numbers and places.
+            far as the original; events then lack the names by which the program calls numbers.
 
     Raises:
         PostprocError: there is no routine ``entry``.

@@ -21,7 +21,6 @@ from postproc.rapid.program.program import Program
 from postproc.rapid.unknown import Kind, Unknown, joined_causes
 
 _SET = itemgetter(*SETTERS)  # what instructions have set
-NAMED = ("declared", "element", "expression")  # kinds of origins
 
 
 class EventMaker:
@@ -32,7 +31,7 @@ class EventMaker:
 
         Args:
             diagnostics: gets the findings.
-            named: events also get the names of their numbers and places, which RAPID text to be written needs.
+            named: events also get the names of their numbers, which RAPID text to be written needs.
         """
         self.program = program
         self.named = named
@@ -41,12 +40,8 @@ class EventMaker:
         self.settings = SettingsReader(program, self.missing)
         self.last = Moment(_SET(AT_START))
 
-    def event(self, statement: MotionStatement, memory: Memory, before: MotionEvent | None) -> MotionEvent:
-        """The event of one execution of a motion statement, with all values taken from ``memory`` as they are now.
-
-        Args:
-            before: the motion event from which the arm comes; None if that is not known or may be one of several.
-        """
+    def event(self, statement: MotionStatement, memory: Memory) -> MotionEvent:
+        """The event of one execution of a motion statement, with all values taken from ``memory`` as they are now."""
         found: list[Diagnostic] = []
         reasons: list[Unknown] = []
         memory.noted.clear()
@@ -87,7 +82,6 @@ class EventMaker:
             "; ".join(dict.fromkeys(unknown.reason for unknown in reasons)) if reasons else None,
             tuple(found),
             numbers=named_numbers(statement, origin, memory) if apart and self.named else (),
-            start=self.start(before, statement, memory),
             assumed=tuple(cause.reason for cause in causes) if causes else (),
             unknowns=tuple(reasons),
         )
@@ -102,24 +96,6 @@ class EventMaker:
         if not all(map(is_, now, self.last.values)):
             self.last = Moment(now)
         return self.last
-
-    def start(self, before: MotionEvent | None, here: MotionStatement, memory: Memory) -> str | None:
-        """The name in the program of the target of the event ``before``, from which the arm comes.
-
-        None if that target has no name, or the name means something else at the statement ``here``.
-        """
-        if before is None or not self.named:
-            return None
-        last, origin = before.statement, before.target_origin
-        to = last.argument("to") if origin.kind in NAMED else None
-        if to is None or "\n" in to.text:
-            return None
-        same = last.source is here.source and last.routine == here.routine and last.module == here.module
-        unwritten = origin.declaration not in memory.changed
-        if same and origin.kind == "declared" and origin.handed is None and unwritten:
-            return to.text
-        known = self.targets.robtarget(last.source, to.span, memory.aside())
-        return to.text if known == (before.target, origin) else None
 
     def places(
         self, statement: MotionStatement, memory: Memory, reasons: list[Unknown], found: list[Diagnostic]

@@ -73,10 +73,7 @@ class Recorder:
         if not new and self.only_new and self._is_known(statement, memory):
             memory.ends = LOST
             return 0
-        ends = memory.ends
-        event = self.maker.event(statement, memory, self._before(ends))
-        if memory.ends != ends:  # a function in its target has moved the arm
-            event = replace(event, start=self.maker.start(self._before(memory.ends), statement, memory))
+        event = self.maker.event(statement, memory)
         if not new and self.only_new and event.reason is not None:
             self.other_targets.add(statement.key)
             memory.ends = LOST
@@ -86,14 +83,6 @@ class Recorder:
         if memory.returning and event.reason is not None:
             return 0
         return self._add(event, memory)
-
-    def _before(self, ends: frozenset[int]) -> MotionEvent | None:
-        """The last event, if it is the only one after which the arm may stand; else None.
-
-        Args:
-            ends: indices of the events after one of which the arm stands.
-        """
-        return self.events[self.last] if self.events and ends == {self.last} else None
 
     def _add(self, event: MotionEvent, memory: Memory) -> int:
         """Append an event, once for every way by which the arm comes; the arm then stands behind it.
@@ -135,7 +124,7 @@ class Recorder:
         for choice, case in cases:
             own = {last[choice]} if choice in last and begin == {*last.values()} else begin
             case.ends, case.conditional = frozenset(own) if len(own) == 1 else LOST, memory.conditional + 1
-            event = self.maker.event(statement, case, self._before(case.ends))
+            event = replace(self.maker.event(statement, case), one_of_several=True)
             if event.target is None:
                 if all(unknown.root.kind is not Kind.NEVER_TAUGHT for unknown in event.unknowns):
                     self.other_targets.add(statement.key)
