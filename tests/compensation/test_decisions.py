@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from postproc.compensation.conversion import Conversion
-from postproc.compensation.text.insertions import FROM_ELSEWHERE
+from postproc.compensation.text.predecessors import ELSEWHERE
 from postproc.report.terminal import render_text
 from postproc.results.conversion import conversion_document
 from tests.compensation.build import (
@@ -187,7 +187,7 @@ def test_loop_over_ways_that_need_different_insertions() -> None:
     assert found.report["added_targets"] == 0
     assert body_of(written(found)) == body_of(text)
     warning = next(d for d in found.diagnostics if d.code == "CMP006")
-    assert warning.help == f"no target was added: {FROM_ELSEWHERE}"  # p{1}, then p{3}
+    assert warning.help == f"no target was added: {ELSEWHERE}"  # p{1}, then p{3}
     assert found.report["max_error_after_mm"] > 0.01
 
 

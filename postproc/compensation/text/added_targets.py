@@ -89,6 +89,12 @@ class _Run:
     shift: Array
     q: Array
 
+    def lacks(self, share: float) -> Array:
+        """(3,) what the correction at a fraction of the way differs from its chord [m]."""
+        at = np.array([np.interp(share, self.u, column) for column in self.shift[:, :3].T])
+        lacks: Array = at - self.shift[0, :3] - share * (self.shift[-1, :3] - self.shift[0, :3])
+        return lacks
+
 
 class TargetAdder:
     """Makes the statements to add for divided moves.
@@ -265,7 +271,8 @@ class TargetAdder:
         if texts is not None:
             places -= [point_at(np.array([end.trans for end in run.ends]), share) for run in runs]
         middle = midrange(places)
-        if np.linalg.norm(places - middle, axis=1).max() > within_mm:
+        off = np.linalg.norm(places - middle, axis=1)
+        if any(off > [max(within_mm, 500 * np.linalg.norm(run.lacks(share))) for run in runs]):
             raise _Whole(UNLIKE)
         x, y, z = middle.tolist()
         if texts is None:
