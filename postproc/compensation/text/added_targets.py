@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import pairwise, zip_longest
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -30,7 +30,7 @@ from postproc.compensation.text.path_points import (
     quarter_turns,
 )
 from postproc.compensation.text.requests import Requester, conf_of
-from postproc.compensation.text.values import Change, Conf, Insertion, PathPoint, TargetValue, compliant
+from postproc.compensation.text.values import Change, Form, Insertion, PathPoint, TargetValue, compliant
 from postproc.diagnostics import PostprocError
 from postproc.grouping import grouped
 from postproc.motion.path.curves import pose_in_space
@@ -76,24 +76,16 @@ class _Run:
     """One execution of a divided line or arc.
 
     Args:
-        move: its index; before, event: the motions to its start and along it.
+        event: the motion along it.
         ends: start and goal, for an arc with the circle point between them, as they are written.
-        u: (k,) fractions of its samples; shift: (k, 6) corrections there [m, rad]; q: (k, 6) joint angles [rad].
+        values: the targets that it needs at k fractions of its way.
+        lacks_mm: (k,) how far off it is there with the corrections of its ends alone.
     """
 
-    move: int
-    before: MotionEvent
     event: MotionEvent
     ends: tuple[RobTarget, ...]
-    u: Array
-    shift: Array
-    q: Array
-
-    def lacks(self, share: float) -> Array:
-        """(3,) what the correction at a fraction of the way differs from its chord [m]."""
-        at = np.array([np.interp(share, self.u, column) for column in self.shift[:, :3].T])
-        lacks: Array = at - self.shift[0, :3] - share * (self.shift[-1, :3] - self.shift[0, :3])
-        return lacks
+    values: Sequence[TargetValue]
+    lacks_mm: Array
 
 
 class TargetAdder:
@@ -162,21 +154,26 @@ class TargetAdder:
             raise _Whole(why)
         event, before = self.moves[indices[0]].event, self.moves[indices[0] - 1].event
         texts = self._texts(event, before)
-        runs = [self._run(i) for i in indices]
+        middles = [] if event.via is None else [(a + b) / 2 for a, b in pairwise([0.0, *goals, 1.0])]
+        shares = [*goals, *middles]
+        runs = [self._run(i, shares) for i in indices]
         if texts is None and any(run.ends != runs[0].ends for run in runs):
             raise _Whole(UNLIKE)
-        to = [self._target(runs, texts, share, within_mm) for share in goals]
+        targets = [self._target(runs, texts, k, share, within_mm) for k, share in enumerate(shares)]
+        to, vias = targets[: len(goals)], targets[len(goals) :]
+        if texts is not None:
+            to = [_configured(target, runs, k) for k, target in enumerate(to)]
         zone = small_zone(self.program, event)
-        if event.via is None:
-            return [insertion_of(event, target, None, zone) for target in to], []
-        middles = [(a + b) / 2 for a, b in pairwise([0.0, *goals, 1.0])]
-        *vias, last = [self._target(runs, texts, share, within_mm, circle_point=True) for share in middles]
-        added = [insertion_of(event, target, via, zone) for target, via in zip(to, vias, strict=True)]
+        added = [insertion_of(event, t, via, zone) for t, via in zip_longest(to, vias[:-1])]
         argument = event.statement.argument("via")
-        assert argument is not None
-        return added, [
-            Change(event.statement.source, argument.span, "point" if last.point is not None else "numbers", last)
-        ]
+        if event.via is None or argument is None:
+            return added, []
+        # Its configuration means nothing, and q and -q are one orientation: both stay as they are written.
+        form: Form = "numbers" if texts is None else "point"
+        rot = vias[-1].pose.rot
+        w, x, y, z = rot if np.dot(rot, event.via.rot) >= 0 else [-q for q in rot]
+        last = replace(vias[-1], pose=replace(vias[-1].pose, rot=(w, x, y, z)), robconf=event.via.robconf)
+        return added, [Change(event.statement.source, argument.span, form, last)]
 
     def _texts(self, event: MotionEvent, before: MotionEvent) -> tuple[str, ...] | None:
         """Expressions of start and goal, for an arc with the circle point between them; None if all are numbers.
@@ -199,8 +196,10 @@ class TargetAdder:
             raise _Whole(hidden or NO_PARTS)
         return tuple(text for text in texts if text is not None)
 
-    def _run(self, i: int) -> _Run:
-        """The execution that is move i.
+    def _run(self, i: int, shares: Sequence[float]) -> _Run:
+        """The execution that is move i, with the targets that it needs at fractions of its way.
+
+        The tool turns evenly between the ends, as it does between names.
 
         Raises:
             _Whole: its start is not known, or lies in another work object, displacement or tool. A new calibration of
@@ -217,15 +216,34 @@ class TargetAdder:
             (event.target_origin, event.target),
         ]
         written = [self._written(o, t) for o, t in ends if o is not None and isinstance(t, RobTarget)]
-        curve, q = self.curve[rows], self.requester.exact.q[rows]
+        u, s = samples.u[rows], np.array(shares)
+        shift = pose_error(samples.T_work_tcp[rows], self.curve[rows])
+        needed = np.array([np.interp(s, u, column) for column in shift.T]).T
+        even = shift[0] + s[:, None] * (shift[-1] - shift[0])
+        T = pose_in_space(samples.curves, np.full(len(s), i), s)
+        T[:, :3, :3] = displace(np.hstack([np.zeros((len(s), 3)), even[:, 3:]]))[:, :3, :3] @ T[:, :3, :3]
+        T[:, :3, 3] += needed[:, :3]
+        confs = confdata(self.requester.robot, self._joints(i, s, T))
+        values = self.requester.values([(i, pose, conf_of(conf)) for pose, conf in zip(T, confs, strict=True)])
+        values = [replace(v, extax=axes_between(before, event, x)) for v, x in zip(values, shares, strict=True)]
+        return _Run(event, tuple(written), values, 1e3 * np.linalg.norm((needed - even)[:, :3], axis=1))
+
+    def _joints(self, i: int, shares: Array, T: Array) -> Array:
+        """Joint angles (k, 6) [rad] in which the arm comes to poses (k, 4, 4) at fractions (k,) of move i.
+
+        Near a straight wrist that may be another wrist than the inverse of the model has at a pose alone.
+        """
+        samples, exact = self.samples, self.requester.exact
+        rows = np.arange(samples.start[i], samples.goal[i] + 1)
+        others = rows[~np.isclose(samples.u[rows][:, None], shares).any(axis=1)]
+        u, poses = np.concatenate([samples.u[others], shares]), np.concatenate([self.curve[others], T])
+        order, move = np.argsort(u), np.full(len(u), i)
+        end = np.array([len(u) - 1]), exact.q_goal[[i]]
         try:
-            # Near a straight wrist that may be another wrist than the inverse of the model has at a sample alone.
-            end = np.array([len(rows) - 1]), self.requester.exact.q_goal[[i]]
-            q = follow(self.requester.robot, samples.curves, samples.move[rows], samples.u[rows], curve, q[0], end)
-        except PostprocError:
-            pass  # the proof says where the arm cannot follow
-        shift = pose_error(samples.T_work_tcp[rows], curve)
-        return _Run(i, before, event, tuple(written), samples.u[rows], shift, q)
+            q = follow(self.requester.robot, samples.curves, move, u[order], poses[order], exact.q[rows[0]], end)
+        except PostprocError:  # the proof says where the arm cannot follow
+            return np.array([np.interp(shares, samples.u[rows], column) for column in exact.q[rows].T]).T
+        return np.asarray(q[np.argsort(order)][len(others) :])
 
     def _written(self, origin: Origin, target: RobTarget) -> RobTarget:
         """The value of a target expression once the numbers that it comes from are corrected.
@@ -248,75 +266,54 @@ class TargetAdder:
         return replace(target, trans=(x, y, z), rot=(w, a, b, c), robconf=now.robconf)
 
     def _target(
-        self,
-        runs: Sequence[_Run],
-        texts: tuple[str, ...] | None,
-        share: float,
-        within_mm: float,
-        *,
-        circle_point: bool = False,
+        self, runs: Sequence[_Run], texts: tuple[str, ...] | None, k: int, share: float, within_mm: float
     ) -> TargetValue:
-        """One target for all runs at a fraction of their ways, in the middle of what they need.
+        """The k-th target for all runs, at a fraction of their ways, in the middle of what they need.
 
         Args:
             texts: expressions of the ends; None if they are numbers, as the target then is.
-            within_mm: how far [mm] it may be from what each run needs.
-            circle_point: its configuration means nothing.
+            within_mm: how far [mm] it may be from what each run needs, or half of what the run lacks there.
 
         Raises:
             _Whole: the runs need different targets.
         """
-        values = [self._value(run, share) for run in runs]
+        values = [run.values[k] for run in runs]
         places = np.array([value.pose.trans for value in values])
         if texts is not None:
             places -= [point_at(np.array([end.trans for end in run.ends]), share) for run in runs]
-        middle = midrange(places)
+        x, y, z = (middle := midrange(places)).tolist()
         off = np.linalg.norm(places - middle, axis=1)
-        if any(off > [max(within_mm, 500 * np.linalg.norm(run.lacks(share))) for run in runs]):
+        if (off > [max(within_mm, run.lacks_mm[k] / 2) for run in runs]).any():
             raise _Whole(UNLIKE)
-        x, y, z = middle.tolist()
-        if texts is None:
-            if any(not compliant(value.robconf, values[0].robconf) for value in values):
-                raise _Whole(UNLIKE)
-            return replace(values[0], pose=replace(values[0].pose, trans=(x, y, z)))
-        share = round(share, SHARE_DECIMALS)
-        turns = None if circle_point else _turns(runs, values, share)
-        function = free_name(self.program, LINE_FUNCTION if len(texts) == 2 else ARC_FUNCTION)
-        return replace(values[0], point=PathPoint(function, texts, share, (x, y, z), turns))
-
-    def _value(self, run: _Run, share: float) -> TargetValue:
-        """The target that one run needs at a fraction of its way, in the posture in which the arm comes there."""
-        T = pose_in_space(self.samples.curves, np.array([run.move]), np.array([share]))[0]
-        shift, q = (np.array([np.interp(share, run.u, c) for c in columns.T]) for columns in (run.shift, run.q))
-        T[:3, :3] = displace(np.concatenate([np.zeros(3), shift[3:]]))[:3, :3] @ T[:3, :3]
-        T[:3, 3] += shift[:3]
-        conf = conf_of(confdata(self.requester.robot, q[None])[0])
-        value = self.requester.values([(run.move, T, conf)])[0]
-        return replace(value, extax=axes_between(run.before, run.event, share))
+        if texts is not None:
+            function = free_name(self.program, LINE_FUNCTION if len(texts) == 2 else ARC_FUNCTION)
+            return replace(values[0], point=PathPoint(function, texts, round(share, SHARE_DECIMALS), (x, y, z)))
+        if any(not compliant(value.robconf, values[0].robconf) for value in values):
+            raise _Whole(UNLIKE)
+        return replace(values[0], pose=replace(values[0].pose, trans=(x, y, z)))
 
 
-def _turns(runs: Sequence[_Run], values: Sequence[TargetValue], share: float) -> Conf | None:
-    """Quarter turns, the same for all runs, from the configuration of the nearer end to that of an added target.
+def _configured(target: TargetValue, runs: Sequence[_Run], k: int) -> TargetValue:
+    """The k-th target as a point with quarter turns, the same for all runs, from the configuration of the nearer end.
 
-    None where it has the configuration of the nearer end, or one that the controller accepts for that.
-
-    Args:
-        values: the target of each run.
-        share: fraction of the way at it.
+    Without any where it has that configuration, or one that the controller accepts for that.
 
     Raises:
         _Whole: the runs need different ones, or external axes do not move evenly between the ends.
     """
-    near = [run.ends[0 if share < 0.5 else -1].robconf for run in runs]
-    for run, value in zip(runs, values, strict=True):
+    assert target.point is not None
+    share = target.point.share
+    for run in runs:
         start, goal = (np.array(end.extax) for end in (run.ends[0], run.ends[-1]))
-        if (np.abs(start + share * (goal - start) - value.extax) > STILL).any():
+        if (np.abs(start + share * (goal - start) - run.values[k].extax) > STILL).any():
             raise _Whole(OTHER_AXES)
-    turns = {quarter_turns(conf, value.robconf) for conf, value in zip(near, values, strict=True)}
-    if len(turns) == 1 and None not in turns:
-        common = turns.pop()
-        return common if common is not None and any(common) else None
-    pairs = zip(runs, near, values, strict=True)
-    if not all(any_configuration(run.event) or compliant(value.robconf, conf) for run, conf, value in pairs):
+    pairs = [(run.ends[0 if share < 0.5 else -1].robconf, run.values[k].robconf) for run in runs]
+    turns = {quarter_turns(end, conf) for end, conf in pairs}
+    if len(turns) == 1 and (common := turns.pop()) is not None:
+        return replace(target, point=replace(target.point, turns=common)) if any(common) else target
+    accepted = (
+        any_configuration(run.event) or compliant(conf, end) for run, (end, conf) in zip(runs, pairs, strict=True)
+    )
+    if not all(accepted):
         raise _Whole(OTHER_POSTURE)
-    return None
+    return target
