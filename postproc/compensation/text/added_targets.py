@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise, zip_longest
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+from scipy.spatial.transform import Rotation, Slerp
 
 from postproc.arrays import Array
 from postproc.compensation.path.samples import follow
@@ -156,7 +156,7 @@ class TargetAdder:
         texts = self._texts(event, before)
         middles = [] if event.via is None else [(a + b) / 2 for a, b in pairwise([0.0, *goals, 1.0])]
         shares = [*goals, *middles]
-        runs = [self._run(i, shares) for i in indices]
+        runs = [self._run(i, shares, even=texts is not None and event.via is None) for i in indices]
         if texts is None and any(run.ends != runs[0].ends for run in runs):
             raise _Whole(UNLIKE)
         targets = [self._target(runs, texts, k, share, within_mm) for k, share in enumerate(shares)]
@@ -196,10 +196,11 @@ class TargetAdder:
             raise _Whole(hidden or NO_PARTS)
         return tuple(text for text in texts if text is not None)
 
-    def _run(self, i: int, shares: Sequence[float]) -> _Run:
+    def _run(self, i: int, shares: Sequence[float], *, even: bool) -> _Run:
         """The execution that is move i, with the targets that it needs at fractions of its way.
 
-        The tool turns evenly between the ends, as it does between names.
+        Args:
+            even: the tool turns evenly between the ends, as the function of a line has it.
 
         Raises:
             _Whole: its start is not known, or lies in another work object, displacement or tool. A new calibration of
@@ -219,14 +220,16 @@ class TargetAdder:
         u, s = samples.u[rows], np.array(shares)
         shift = pose_error(samples.T_work_tcp[rows], self.curve[rows])
         needed = np.array([np.interp(s, u, column) for column in shift.T]).T
-        even = shift[0] + s[:, None] * (shift[-1] - shift[0])
+        chord = shift[0] + s[:, None] * (shift[-1] - shift[0])
         T = pose_in_space(samples.curves, np.full(len(s), i), s)
-        T[:, :3, :3] = displace(np.hstack([np.zeros((len(s), 3)), even[:, 3:]]))[:, :3, :3] @ T[:, :3, :3]
+        T[:, :3, :3] = displace(needed)[:, :3, :3] @ T[:, :3, :3]
+        if even:
+            T[:, :3, :3] = Slerp([0, 1], Rotation.from_matrix(self.curve[rows[[0, -1]], :3, :3]))(s).as_matrix()
         T[:, :3, 3] += needed[:, :3]
         confs = confdata(self.requester.robot, self._joints(i, s, T))
         values = self.requester.values([(i, pose, conf_of(conf)) for pose, conf in zip(T, confs, strict=True)])
         values = [replace(v, extax=axes_between(before, event, x)) for v, x in zip(values, shares, strict=True)]
-        return _Run(event, tuple(written), values, 1e3 * np.linalg.norm((needed - even)[:, :3], axis=1))
+        return _Run(event, tuple(written), values, 1e3 * np.linalg.norm((needed - chord)[:, :3], axis=1))
 
     def _joints(self, i: int, shares: Array, T: Array) -> Array:
         """Joint angles (k, 6) [rad] in which the arm comes to poses (k, 4, 4) at fractions (k,) of move i.
