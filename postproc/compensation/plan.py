@@ -156,16 +156,16 @@ class Planner:
             written = place_targets(self.model, self.samples, self.exact, placed)
             curve, transitions = commanded_curve(self.model, self.samples, self.exact, written, self.time)
             shares = self._divided(curve, left, whole)
-            divided = {self.keys[i] for i in shares}
-            # The circle point in the statement of a divided arc is that of its last part.
-            undivided = [i for i in self._chosen(left) if self.keys[i] not in divided]
-            vias = self.writer.assign(self.requester.vias(undivided, written, curve), goals)
+            vias = self.writer.assign(self.requester.vias(self._chosen(left), written, curve), goals)
             corrected = self.writer.corrected([goals, vias])
             adder = TargetAdder(self.requester, curve, self.program, corrected, self.divisible.why_not)
             added = adder.add(shares, 1e3 * self.division.tolerance)
-            changes, places = self.writer.changes([goals, vias])
+            # A divided arc states the circle point of its last part, worked out from the one of the whole arc.
+            divided = {self.keys[i] for i in shares}
+            changes, places = self.writer.changes([goals, vias.without({(key, "via") for key in divided})])
             stays = {i: shift for i, shift in placed.items() if not shift.any()}
-            must_stay = {**vias.left, **spoiled_starts(self.motion, self.exact, written, stays)}
+            must_stay = {key: why for key, why in vias.left.items() if key not in divided}
+            must_stay |= spoiled_starts(self.motion, self.exact, written, stays)
             arcs = {i: why for i, why in added.refused.items() if self.samples.curves.arc[i]}
             if must_stay.keys() <= left.keys() and arcs.keys() <= whole.keys():
                 break

@@ -56,6 +56,20 @@ class Assigned:
         """Keys of the statements whose correction is written."""
         return {request.event.statement.key for request in self.requests} - self.left.keys()
 
+    def without(self, arguments: Set[ArgumentKey]) -> Assigned:
+        """A copy without the changes to the text of some arguments (each a statement and a role).
+
+        These are their offsets, and the values of numbers that stand in the argument itself.
+        """
+        offsets = {key: law for key, law in self.assignment.offsets.items() if key not in arguments}
+        theirs = {
+            slot
+            for request, slot in zip(self.requests, self.assignment.slot_of, strict=True)
+            if (request.event.statement.key, request.role) in arguments and request.origin.stands_in_statement
+        }
+        slots = {slot: value for slot, value in self.assignment.slots.items() if slot not in theirs}
+        return Assigned(self.requests, self.links, replace(self.assignment, slots=slots, offsets=offsets, left={}))
+
 
 class Writer:
     """Assigns requests to places in the text of a program and makes the changes.
