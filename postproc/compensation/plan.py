@@ -11,12 +11,12 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.compensation.correction.circles import arcs_without_start, spoiled_starts
 from postproc.compensation.correction.curve import Exact, Transition, commanded_curve, place_targets
-from postproc.compensation.correction.fewest_targets import Division, Pieces, divide_moves, divided_alike
+from postproc.compensation.correction.fewest_targets import Division, divide_moves
 from postproc.compensation.correction.reversals import find_reversals
 from postproc.compensation.path.motion import Motion
 from postproc.compensation.reading import why_no_move
 from postproc.compensation.seams import seam_mates
-from postproc.compensation.text.added_targets import TargetAdder, all_numbers
+from postproc.compensation.text.added_targets import TargetAdder
 from postproc.compensation.text.assignment import Assignment
 from postproc.compensation.text.insertions import DivisibleMoves
 from postproc.compensation.text.requests import Requester
@@ -42,7 +42,7 @@ class CorrectionPlan:
         unasked: those of them that the scope leaves out.
         seam_mates: those of them that stay since another statement of their seam cannot be corrected.
         relaxed: moves whose statement gets one correction for runs that need different ones.
-        insertions, pieces: statements to add, and how moves are divided by them.
+        insertions: statements to add; shares: by move that they divide, the fractions of its way at which they are.
         transitions: where the correction jumps.
         refused: moves that need added targets for which there is no text, with the reason.
         why_whole: returns why nothing can be added before a move, empty if something can.
@@ -61,7 +61,7 @@ class CorrectionPlan:
     seam_mates: frozenset[StatementKey]
     relaxed: frozenset[int]
     insertions: tuple[Insertion, ...]
-    pieces: tuple[Pieces, ...]
+    shares: Mapping[int, tuple[float, ...]]
     transitions: tuple[Transition, ...]
     refused: Mapping[int, str]
     why_whole: Callable[[int], str]
@@ -135,19 +135,16 @@ class Planner:
         written = place_targets(self.model, self.samples, self.exact, placed)
         time = self.motion.timeline.at(self.motion.timeline.t, self.motion.place)
         curve, transitions = commanded_curve(self.model, self.samples, self.exact, written, time)
-        pieces = self._divided(curve, staying, {})
 
         # Circle points come next, then the added targets: these are expressions of the targets as they are written.
-        vias = self._circle_points(chosen, goals, written, curve, pieces)
-        adder = TargetAdder(self.requester, curve, self.program, corrected([goals, vias]))
-        added = adder.add(pieces, 1e3 * self.division.tolerance)
-        arcs = {i: why for i, why in added.refused.items() if self.samples.curves.arc[i]}
-        if arcs:
-            pieces = self._divided(curve, staying, arcs)
-            vias = self._circle_points(chosen, goals, written, curve, pieces)
-        replaced = {(self.keys[i], "via") for i in self._following(pieces)}
-        changes, places = self.writer.changes([goals, vias], replaced)
-        changes += tuple({change.span: change for change in added.circle_points.values()}.values())
+        vias = self.writer.assign(self.requester.vias(chosen, written, curve), goals, anyway=True)
+        adder = TargetAdder(self.requester, curve, self.program, corrected([goals, vias]), self.divisible.why_not)
+        shares = divide_moves(
+            self.division, curve, lambda i: self.keys[i] not in staying and not self.divisible.why_not(i)
+        )
+        added = adder.add(shares, 1e3 * self.division.tolerance)
+        # A divided arc states the circle point of its last part, worked out from the one of the whole arc.
+        changes, places = self.writer.changes([goals, vias], {(self.keys[i], "via") for i in added.shares})
 
         least = self.motion.options.tolerance_m / 2
         transitions += find_reversals(self.model, self.samples, curve, time, least)
@@ -155,14 +152,14 @@ class Planner:
         return CorrectionPlan(
             motion=self.motion,
             exact=written,
-            changes=changes,
+            changes=(*changes, *added.circle_points),
             places=places,
             left=staying,
             unasked=self.unasked,
             seam_mates=mates,
             relaxed=frozenset(i for i, key in enumerate(self.keys) if key in relaxed),
             insertions=tuple(added.insertions),
-            pieces=tuple(p for p in pieces if p.move not in added.refused or not p.goals),
+            shares=added.shares,
             transitions=tuple(transitions),
             refused=added.refused,
             why_whole=self.divisible.why_not,
@@ -188,7 +185,7 @@ class Planner:
                 staying |= mates
             chosen = self._chosen(staying)
             goals = self.writer.assign(self.requester.goals(chosen))
-            vias = self.writer.assign(self.requester.vias(chosen, self.exact, self.exact.T_work_tcp, ()), goals)
+            vias = self.writer.assign(self.requester.vias(chosen, self.exact, self.exact.T_work_tcp), goals)
             stays = {i for i, key in enumerate(self.keys) if key in mates or (key in staying and not self._taken(key))}
             further = {**spoiled_starts(self.motion, self.exact, stays), **vias.refused, **goals.refused}
             if further.keys() <= staying.keys():
@@ -208,41 +205,6 @@ class Planner:
     def _chosen(self, staying: Mapping[StatementKey, str]) -> list[int]:
         """Indices of the moves whose statements are not in ``staying``."""
         return [i for i, key in enumerate(self.keys) if key not in staying]
-
-    def _circle_points(
-        self, chosen: Sequence[int], goals: Assignment, written: Exact, curve: Array, pieces: Sequence[Pieces]
-    ) -> Assignment:
-        """What is written for the circle points of the chosen moves, between goals that are placed already.
-
-        Where a function works out the points of a divided arc, its circle point is that of the whole arc.
-
-        Args:
-            curve: (n, 4, 4) commanded poses.
-        """
-        following = self._following(pieces)
-        parts = [p for p in pieces if p.move not in following]
-        return self.writer.assign(self.requester.vias(chosen, written, curve, parts), goals, anyway=True)
-
-    def _following(self, pieces: Sequence[Pieces]) -> set[int]:
-        """Divided arcs whose added points are expressions of start, circle point and goal, as not all are numbers."""
-        events = [move.event for move in self.moves]
-        arcs = (p.move for p in pieces if p.goals and events[p.move].via is not None)
-        return {i for i in arcs if not all_numbers(events[i], events[i - 1])}
-
-    def _divided(self, curve: Array, staying: Mapping[StatementKey, str], undivided: Mapping[int, str]) -> list[Pieces]:
-        """How moves are divided; all runs of a statement are divided at the same fractions.
-
-        Args:
-            curve: (n, 4, 4) commanded poses.
-            staying: statements that stay uncorrected; nothing is added before them.
-            undivided: moves that must not be divided, with the reason.
-        """
-
-        def divisible(i: int) -> bool:
-            """Whether move i may be divided."""
-            return i not in undivided and self.keys[i] not in staying and not self.divisible.why_not(i)
-
-        return divided_alike(self.samples, divide_moves(self.division, curve, divisible), divisible)
 
     def _taken(self, key: StatementKey) -> bool:
         """Whether another pass corrects a statement, and the scope includes it."""

@@ -9,9 +9,7 @@ from itertools import chain
 
 import numpy as np
 
-from postproc.arrays import Array
 from postproc.compensation.correction.deviation import Deviation, Driven, measure_deviation
-from postproc.compensation.correction.fewest_targets import Pieces
 from postproc.compensation.options import Options
 from postproc.compensation.path.motion import feels_sides, motion_of
 from postproc.compensation.plan import CorrectionPlan
@@ -201,10 +199,10 @@ def drive(
             be empty.
     """
     index = {move.row: i for i, move in enumerate(plan.motion.moves)}
-    missing = Counter({i: 1 for i in index.values()} | {p.move: 1 + len(p.goals) for p in plan.pieces})
+    missing = Counter({i: 1 + len(plan.shares.get(i, ())) for i in index.values()})
     if owners is None:
         raise PostprocError([])
-    edges = _edges(plan.pieces, plan.motion.samples.u)
+    edges = {i: (0.0, *shares, 1.0) for i, shares in plan.shares.items()}
     moves = plan.motion.moves
     # Where the arm stands after an added statement it does nothing: the part of the move comes after it.
     stands = [
@@ -253,11 +251,6 @@ def drive(
 def _moveless(event: MotionEvent) -> bool:
     """Whether an event is not understood or does not move the arm."""
     return event.reason is not None or event.statement.interpolation == "none"
-
-
-def _edges(pieces: Sequence[Pieces], u: Array) -> dict[int, tuple[float, ...]]:
-    """By move, the fractions at which the parts of a divided move begin and end; ``u``: (n,) of the samples."""
-    return {p.move: (0.0, *(float(u[g]) for g in p.goals), 1.0) for p in pieces if p.goals}
 
 
 def _parts(events: Sequence[MotionEvent]) -> Iterator[tuple[int, int]]:

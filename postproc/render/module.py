@@ -15,7 +15,6 @@ from postproc.compensation.text.laws import OffsetLaw
 from postproc.compensation.text.values import Change, Insertion, TargetValue
 from postproc.diagnostics import Source
 from postproc.grouping import grouped
-from postproc.rapid.data.events import MotionStatement
 from postproc.rapid.data.records import Vec3
 from postproc.rapid.evaluation.literals import numbers_of
 from postproc.rapid.program.program import Program
@@ -53,15 +52,15 @@ def change_edits(env: SandboxedEnvironment, changes: Iterable[Change]) -> Iterat
 
 
 def _around(env: SandboxedEnvironment, change: Change) -> Edit | None:
-    """Edit that replaces a target expression by ``Offs`` around it, by a point on a line or arc, or by an aggregate.
+    """Edit that replaces a target expression by ``Offs`` around it, by an aggregate, or by a point on a line or arc.
 
     None for an offset that rounds to zero. The aggregate holds the components of a named target.
     """
     source, span = change.source, change.span
     written = source.data[slice(*span)].decode("latin-1")
     sums = _sums(change.law, written)
-    if change.value.point is not None:
-        text = fill(load_template(env, "path_point.j2"), {"target": change.value, "displacement": sums})
+    if change.form == "point":
+        text = fill(load_template(env, "path_point.j2"), {"target": change.value})
     elif sums == ["0"] * 3:
         return None
     elif change.form == "offset":
@@ -158,12 +157,9 @@ def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) 
     """
     template = load_template(env, "statement.j2")
 
-    def target(value: TargetValue, statement: MotionStatement) -> str:
+    def target(value: TargetValue) -> str:
         """RAPID text of an added target: numbers, or the call of a function."""
-        if value.point is None:
-            return fill(load_template(env, "target.j2"), {"target": value})
-        sums = _sums(value.law, statement.source.data[slice(*statement.span)].decode("latin-1"))
-        return fill(load_template(env, "path_point.j2"), {"target": value, "displacement": sums})
+        return fill(load_template(env, "path_point.j2" if value.point else "target.j2"), {"target": value})
 
     edits = []
     for group in grouped((insertion.statement.key, insertion) for insertion in insertions).values():
@@ -174,9 +170,9 @@ def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) 
         behind = b" " if shared else newline + lead
         lines = []
         for insertion in group:
-            replaced = {"to": target(insertion.to, statement), "zone": insertion.zone}
+            replaced = {"to": target(insertion.to), "zone": insertion.zone}
             if insertion.via is not None:
-                replaced["via"] = target(insertion.via, statement)
+                replaced["via"] = target(insertion.via)
             values = {"instruction": insertion.instruction, "arguments": _arguments(insertion, replaced)}
             text = fill(template, {"statement": values})
             if insertion.to.point is not None:
@@ -187,18 +183,14 @@ def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) 
 
 
 def function_edits(
-    env: SandboxedEnvironment, program: Program, insertions: Iterable[Insertion]
+    env: SandboxedEnvironment, program: Program, insertions: Sequence[Insertion]
 ) -> Iterator[tuple[Source, Edit]]:
     """Edits that add the functions for points on lines and arcs to the modules that call them, before ENDMODULE."""
-    points = [
-        (i.statement.source.path, i.statement.module.lower(), target.point)
-        for i in insertions
-        for target in (i.to, i.via)
-        if target is not None and target.point is not None
-    ]
     for module in program.modules:
-        own = [point for path, name, point in points if (path, name) == (module.source.path, module.name.lower())]
-        if not own:
+        place = module.source.path, module.name.lower()
+        own = (i for i in insertions if (i.statement.source.path, i.statement.module.lower()) == place)
+        functions = {(i.to.point.function, i.to.point.on_arc) for i in own if i.to.point is not None}
+        if not functions:
             continue
         data = module.source.data
         end = module.span[1] - len("ENDMODULE")
@@ -206,13 +198,8 @@ def function_edits(
         start = data.rfind(b"\n", 0, end) + 1
         at = start if not data[start:end].strip() else end
         text = ""
-        for name, on_arc in sorted({(point.function, point.on_arc) for point in own}):
-            axes = "".join(sorted({axis for point in own if point.function == name for axis in point.axes}))
-            bent = any(point.length for point in own if point.function == name)
-            keeps = any(point.keeps for point in own if point.function == name)
-            turned = any(point.turns for point in own if point.function == name)
-            values = {"name": name, "axes": axes, "bent": bent, "keeps": keeps, "turned": turned}
-            text += fill(load_template(env, "arc_point.j2" if on_arc else "line_point.j2"), values)
+        for name, on_arc in sorted(functions):
+            text += fill(load_template(env, "arc_point.j2" if on_arc else "line_point.j2"), {"name": name})
             text += "" if text.endswith("\n") else "\n"
         yield module.source, Edit(at, at, text.replace("\n", newline.decode()).encode("latin-1"))
 

@@ -8,8 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from postproc.compensation.text import added_targets, path_points
-from postproc.compensation.text.values import Conf
+from postproc.compensation.text import added_targets
 from postproc.robot.arm import Robot
 from postproc.robot.configuration import confdata
 from tests.bench import confdata as C
@@ -35,7 +34,7 @@ def test_the_judge_sees_another_confdata() -> None:
     case = C.draw("axis 6", "names", 156)
     output = C.convert(case)
     assert output is not None
-    worse = re.sub(r"(ppLineConf\(p\d[^\[]*)\[[^\]]*\]", r"\1[0,0,0,1]", output)
+    worse = re.sub(r"(\\turns:=)\[[^\]]*\]", r"\1[0,0,0,1]", output)
     assert worse != output
     assert [t for t in C.judge(case, worse) if t.added and not t.exact]
 
@@ -44,7 +43,7 @@ def test_targets_taught_anew_with_the_other_wrist_keep_the_added_ones_on_their_l
     """The quarter turns that an added target is from its end are the same for both wrists."""
     case = C.draw("axis 1", "names", 22)
     output = C.convert(case)
-    assert output is not None and "ppLineConf(" in output
+    assert output is not None and "\\turns:=[" in output
 
     def flipped(found: re.Match[str]) -> str:
         cf1, cf4, cf6, cfx = (int(n) for n in found[2].split(","))
@@ -70,10 +69,7 @@ def test_the_proof_refuses_an_added_target_in_another_posture(monkeypatch: pytes
     assert [code for code, _ in C.converted(numbers)[1]][-2:] == ["CMP022", "CMP004"]
     monkeypatch.undo()
 
-    def near_end_and_the_other_wrist(*_: object) -> tuple[int, Conf]:
-        return path_points.TURNED, (0, 2, -2, 1)
-
-    monkeypatch.setattr(path_points, "_configuration", near_end_and_the_other_wrist)
+    monkeypatch.setattr(added_targets, "quarter_turns", lambda *_: (0, 2, -2, 1))
     named = C.draw("axis 1", "names", 0)
     assert [code for code, _ in C.converted(named)[1]][-2:] == ["CMP022", "CMP004"]
 

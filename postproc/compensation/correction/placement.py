@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from itertools import pairwise
 
 import numpy as np
 
@@ -81,10 +80,8 @@ def _greedy(
     return vertices, reached
 
 
-def _fewest(
-    deviation: Callable[[int, int], float], allowed: Flags, last: int, tolerance: float
-) -> tuple[list[int], bool]:
-    """Indices of the fewest samples as vertices, with the largest deviation made small; whether the tolerance is kept.
+def _fewest(deviation: Callable[[int, int], float], allowed: Flags, last: int, tolerance: float) -> list[int]:
+    """Indices of the fewest samples as vertices, with the largest deviation made small.
 
     Args:
         deviation: function of two sample indices, the deviation [m] of a path without vertices between them.
@@ -101,11 +98,11 @@ def _fewest(
             best, high = tighter, middle
         else:
             low = middle
-    return best, reached
+    return best
 
 
-def place_vertices(u: Array, across: Array, allowed: Flags, tolerance: float, weight: Array) -> tuple[list[int], bool]:
-    """Choose the fewest samples at which a line gets an added target, so that all chords deviate about equally.
+def place_vertices(u: Array, across: Array, allowed: Flags, tolerance: float, weight: Array) -> list[int]:
+    """Indices of the fewest samples at which a line gets an added target, so that all chords deviate about equally.
 
     Args:
         u: (k,) fractions along the move.
@@ -113,9 +110,6 @@ def place_vertices(u: Array, across: Array, allowed: Flags, tolerance: float, we
         allowed: (k,) bool, samples that may become targets (outside the neighbours' zones).
         tolerance: allowed chord deviation [m].
         weight: (k,) how much a deviation counts.
-
-    Returns:
-        Indices of the added targets, and whether the tolerance is met everywhere.
     """
     last = len(u) - 1
 
@@ -147,10 +141,10 @@ def _cross(a: Array, b: Array) -> Array:
     return np.array([y * w - z * v, z * u - x * w, x * v - y * u])
 
 
-def place_arcs(
-    commanded: Array, tolerance: float, shortest: int, beyond: Flags, weight: Array
-) -> tuple[list[tuple[int, int]], bool]:
-    """Split an arc into the fewest arcs whose circles stay within tolerance of the commanded points.
+def place_arcs(commanded: Array, tolerance: float, shortest: int, beyond: Flags, weight: Array) -> list[int]:
+    """Indices of the samples between the fewest arcs whose circles stay within tolerance of the commanded points.
+
+    The circle point of each is its middle sample.
 
     Args:
         commanded: (k, 3) exact commanded TCP positions along the arc [m].
@@ -158,9 +152,6 @@ def place_arcs(
         shortest: number of intervals that an arc spans at least (MoveC's limits on length and angle).
         beyond: (k,) samples that may become targets (outside the neighbours' zones).
         weight: (k,) how much a deviation counts.
-
-    Returns:
-        (via, goal) sample indices of each arc, and whether the tolerance is met everywhere.
     """
     last = len(commanded) - 1
 
@@ -174,6 +165,4 @@ def place_arcs(
     allowed = np.arange(last + 1) % shortest == 0
     allowed[max(0, last - shortest + 1) :] = False
     allowed &= beyond
-    goals, reached = _fewest(deviation, allowed, last, tolerance)
-    edges = [0, *goals, last]
-    return [((a + b) // 2, b) for a, b in pairwise(edges)], reached
+    return _fewest(deviation, allowed, last, tolerance)

@@ -1,51 +1,53 @@
-"""Targets to add: where both ends are numbers as numbers, else by a function of both ends of the line or arc.
+"""Targets to add on a line or arc: numbers where its ends are numbers, else a call of a function of both ends.
 
     P = slerp(S, E, s) + c
 
-with the start S and the end E as the program calls them, the share s of the way, and the correction c in the axes of
-the work object: a constant, or affine in numbers that the statement names (see `path_points`).
+with the start S and the end E as the program states them, the share s of the way, and the correction c, constant in the
+axes of the work object. Nothing else goes into an added target.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from itertools import pairwise, zip_longest
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+from scipy.spatial.transform import Rotation, Slerp
 
 from postproc.arrays import Array
-from postproc.compensation.correction.fewest_targets import Pieces
 from postproc.compensation.path.samples import follow
 from postproc.compensation.text.insertions import insertion_of, small_zone
-from postproc.compensation.text.laws import Allowed, constant_law, nearest_law
+from postproc.compensation.text.laws import midrange
 from postproc.compensation.text.path_points import (
-    ARC_FUNCTIONS,
-    LINE_FUNCTIONS,
-    UNLIKE,
-    PathRun,
+    ARC_FUNCTION,
+    LINE_FUNCTION,
+    SHARE_DECIMALS,
     argument_text,
-    free_names,
+    free_name,
     hidden_name,
-    on_arc,
-    on_line,
+    point_at,
+    quarter_turns,
 )
 from postproc.compensation.text.requests import Requester, conf_of
-from postproc.compensation.text.values import Change, Conf, Insertion, TargetValue, compliant
+from postproc.compensation.text.values import Change, Form, Insertion, PathPoint, TargetValue, compliant
 from postproc.diagnostics import PostprocError
 from postproc.grouping import grouped
+from postproc.motion.path.curves import pose_in_space
 from postproc.motion.path.places import axes_between
+from postproc.motion.path.postures import any_configuration
 from postproc.motion.path.refusals import STILL
 from postproc.rapid.data.events import MotionEvent, Origin
 from postproc.rapid.data.records import RobTarget
 from postproc.rapid.program.program import Program
 from postproc.robot.configuration import confdata
+from postproc.robot.pose import displace, pose_error
 
+UNLIKE = "it runs several times on different ways"
 NO_PARTS = "a point of its way is an expression that cannot be worked out twice"
 OTHER_FRAME = "its line begins in another work object, displacement or tool, or at joint angles"
-
-_Set = tuple[list[Insertion], Change | None]  # what is added before a statement, and its circle point where that moves
+OTHER_POSTURE = "in its middle the arm has the configuration of neither end"
+OTHER_AXES = "its ends do not say how external axes move along it"
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,13 +56,36 @@ class AddedTargets:
 
     Args:
         insertions: these statements.
+        shares: by move that they divide, the fractions of its way at which they are.
+        circle_points: changes of the circle points in the statements of divided arcs.
         refused: moves that cannot be divided, with the reason.
-        circle_points: by move, the change of the circle point in the statement of a divided arc.
     """
 
     insertions: Sequence[Insertion]
+    shares: Mapping[int, tuple[float, ...]]
+    circle_points: Sequence[Change]
     refused: Mapping[int, str]
-    circle_points: Mapping[int, Change]
+
+
+class _Whole(Exception):
+    """A statement stays undivided, for the reason that is the argument."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Run:
+    """One execution of a divided line or arc.
+
+    Args:
+        event: the motion along it.
+        ends: start and goal, for an arc with the circle point between them, as they are written.
+        values: the targets that it needs at k fractions of its way.
+        lacks_mm: (k,) how far off it is there with the corrections of its ends alone.
+    """
+
+    event: MotionEvent
+    ends: tuple[RobTarget, ...]
+    values: Sequence[TargetValue]
+    lacks_mm: Array
 
 
 class TargetAdder:
@@ -69,143 +94,159 @@ class TargetAdder:
     Args:
         curve: (n, 4, 4) commanded poses.
         corrected: function of a target's origin and value that returns it with the numbers written into its slot.
+        why_whole: function of a move's index that returns why nothing can be added before it, empty if something can.
     """
 
     def __init__(
-        self, requester: Requester, curve: Array, program: Program, corrected: Callable[[Origin, RobTarget], RobTarget]
+        self,
+        requester: Requester,
+        curve: Array,
+        program: Program,
+        corrected: Callable[[Origin, RobTarget], RobTarget],
+        why_whole: Callable[[int], str],
     ) -> None:
-        self.requester, self.curve, self.program, self.corrected = requester, curve, program, corrected
+        self.requester, self.curve, self.program = requester, curve, program
+        self.corrected, self.why_whole = corrected, why_whole
         self.moves, self.samples = requester.motion.moves, requester.motion.samples
 
-    @cached_property
-    def functions(self) -> list[str]:
-        """Names of the functions of points on a line (six) and on an arc (three), none of which the program has yet."""
-        return free_names(self.program, (*LINE_FUNCTIONS, *ARC_FUNCTIONS))
-
-    def add(self, pieces: Sequence[Pieces], tolerance_mm: Array) -> AddedTargets:
+    def add(self, shares: Mapping[int, tuple[float, ...]], tolerance_mm: Array) -> AddedTargets:
         """The statements to add so that divided moves keep their tolerance, one set for all runs of a statement.
 
-        Moves whose runs cannot share one set are refused, with the reason.
+        All runs are divided as the one that needs most targets; statements whose runs need different targets are
+        refused.
 
         Args:
-            pieces: how moves are divided, one for each move that may be.
+            shares: by move, the fractions of its way at which it needs a target.
             tolerance_mm: (m,) allowed deviation [mm] from the commanded curve along each move of the program.
         """
-        divided = {p.move: p for p in pieces if p.goals}
-        if not divided:
-            return AddedTargets([], {}, {})
         runs = grouped((m.event.statement.key, i) for i, m in enumerate(self.moves) if m.resumes_from is None)
-        found: list[Insertion] = []
+        needed = grouped((self.moves[i].event.statement.key, i) for i in shares)
+        insertions: list[Insertion] = []
+        divided: dict[int, tuple[float, ...]] = {}
+        circle_points: list[Change] = []
         refused: dict[int, str] = {}
-        circle_points: dict[int, Change] = {}
-        for group in runs.values():
-            parts = [divided[i] for i in group if i in divided]
-            if not parts:
+        for key, some in needed.items():
+            goals = max((shares[i] for i in some), key=len)
+            try:
+                added, circle_point = self._of_statement(runs[key], goals, float(tolerance_mm[runs[key]].min()) / 2)
+            except _Whole as why:
+                refused |= dict.fromkeys(runs[key], str(why))
                 continue
-            path = float(tolerance_mm[group].min())
-            gaps = [self._gap(part) for part in parts]  # the worst is to be halved, no run to be worse than without
-            allowed = Allowed(path / 4, [max(path / 2, min(gap, max(gaps) / 2)) for gap in gaps])
-            added = self._of_statement(parts, allowed) if len(parts) == len(group) else UNLIKE
-            if isinstance(added, str):
-                refused.update(dict.fromkeys(group, added))
-                continue
-            found += added[0]
-            if added[1] is not None:
-                circle_points.update(dict.fromkeys(group, added[1]))
-        return AddedTargets(found, refused, circle_points)
+            insertions += added
+            circle_points += circle_point
+            divided |= dict.fromkeys(runs[key], goals)
+        return AddedTargets(insertions, divided, circle_points, refused)
 
-    def _of_statement(self, parts: Sequence[Pieces], allowed: Allowed) -> _Set | str:
-        """One list of added statements for all runs of a statement, or the reason why there is none.
-
-        With it comes the change of the statement's own circle point, None for a line and where it stays.
+    def _of_statement(
+        self, indices: Sequence[int], goals: Sequence[float], within_mm: float
+    ) -> tuple[list[Insertion], list[Change]]:
+        """The statements to add before one statement and, of an arc, the change of the circle point that it states.
 
         Args:
-            parts: how each of the runs is divided.
-            allowed: how far off [mm] an added target may be in each run.
+            indices: of its moves.
+            goals: fractions of the way at the targets to add.
+            within_mm: how far off [mm] an added target may be in each run.
+
+        Raises:
+            _Whole: the targets suit no text, or not all runs.
         """
-        event, before = self.moves[parts[0].move].event, self.moves[parts[0].move - 1].event
-        if any(len(part.goals) != len(parts[0].goals) for part in parts):
-            return UNLIKE
-        frames = {self._frames(part.move) for part in parts} - {None}
-        if frames:
-            return max(str(why) for why in frames)
-        if all_numbers(event, before):
-            return self._as_numbers(parts, allowed)
-        hidden = hidden_name(self.program, event.statement.module, arc=event.via is not None)
-        if hidden is not None:
-            return hidden
-        runs = [self._run(part) for part in parts]
-        known = [run for run in runs if isinstance(run, PathRun)]
-        if len(known) < len(runs):
-            return next(run for run in runs if isinstance(run, str))
-        if any(run.texts != known[0].texts for run in known):
-            return UNLIKE
-        if event.via is None:
-            shares = np.median([run.shares for run in known], axis=0)
-            added = [self._numbers(part.move, part, shares.tolist()) for part in parts]
-            lines = on_line(
-                self.functions[: len(LINE_FUNCTIONS)], [replace(run, shares=shares) for run in known], added, allowed
-            )
-            return lines if isinstance(lines, str) else (lines, None)
-        confs = [self._confs(p.move, p.vias[-1:], self.curve[list(p.vias[-1:])])[0] for p in parts]
-        asked = [(p.move, self.curve[p.vias[-1]], conf) for p, conf in zip(parts, confs, strict=True)]
-        added = [self._numbers(part.move, part) for part in parts]
-        arc = self.functions[len(LINE_FUNCTIONS) :]
-        return on_arc(arc, known, added, self.requester.values(asked), allowed)
+        for why in filter(None, map(self.why_whole, indices)):
+            raise _Whole(why)
+        event, before = self.moves[indices[0]].event, self.moves[indices[0] - 1].event
+        texts = self._texts(event, before)
+        middles = [] if event.via is None else [(a + b) / 2 for a, b in pairwise([0.0, *goals, 1.0])]
+        shares = [*goals, *middles]
+        runs = [self._run(i, shares, even=texts is not None and event.via is None) for i in indices]
+        if texts is None and any(run.ends != runs[0].ends for run in runs):
+            raise _Whole(UNLIKE)
+        targets = [self._target(runs, texts, k, share, within_mm) for k, share in enumerate(shares)]
+        to, vias = targets[: len(goals)], targets[len(goals) :]
+        if texts is not None:
+            to = [_configured(target, runs, k) for k, target in enumerate(to)]
+        zone = small_zone(self.program, event)
+        added = [insertion_of(event, t, via, zone) for t, via in zip_longest(to, vias[:-1])]
+        argument = event.statement.argument("via")
+        if event.via is None or argument is None:
+            return added, []
+        # Its configuration means nothing, and q and -q are one orientation: both stay as they are written.
+        form: Form = "numbers" if texts is None else "point"
+        rot = vias[-1].pose.rot
+        w, x, y, z = rot if np.dot(rot, event.via.rot) >= 0 else [-q for q in rot]
+        last = replace(vias[-1], pose=replace(vias[-1].pose, rot=(w, x, y, z)), robconf=event.via.robconf)
+        return added, [Change(event.statement.source, argument.span, form, last)]
 
-    def _as_numbers(self, parts: Sequence[Pieces], allowed: Allowed) -> _Set | str:
-        """Added statements with numbers as targets, between ends that are numbers, or the reason why there are none.
-
-        The positions are half-way between the extremes that the runs require. No circle point is changed.
+    def _texts(self, event: MotionEvent, before: MotionEvent) -> tuple[str, ...] | None:
+        """Expressions of start and goal, for an arc with the circle point between them; None if all are numbers.
 
         Args:
-            parts: how each of the runs is divided.
-            allowed: how far off [mm] an added target may be in each run.
-        """
-        moves = [(self.moves[part.move - 1].event.target, self.moves[part.move].event) for part in parts]
-        if any((start, e.target, e.via) != (moves[0][0], moves[0][1].target, moves[0][1].via) for start, e in moves):
-            return UNLIKE
-        found = []
-        for insertions in zip(*(self._numbers(part.move, part) for part in parts), strict=True):
-            values = [insertion.to for insertion in insertions]
-            law = nearest_law([constant_law(np.array([value.pose.trans for value in values]))], allowed)
-            if law is None or any(not _in_one_posture(value, values[0]) for value in values):
-                return UNLIKE
-            pose = replace(values[0].pose, trans=law.constant)
-            found.append(replace(insertions[0], to=replace(values[0], pose=pose)))
-        return found, None
+            event: the motion along the line or arc.
+            before: the motion to its start, whose statement stands directly before.
 
-    def _frames(self, i: int) -> str | None:
-        """Why no expression of both ends of move i gives its added targets; None if one does.
-
-        If the line begins in another work object, displacement or tool, or at joint angles, a new calibration of one of
-        them moves the line in a way that no expression follows.
+        Raises:
+            _Whole: one of them cannot be used in a call.
         """
-        event, before = self.moves[i].event, self.moves[i - 1].event
+        module = event.statement.module
+        arguments = [before.statement.argument("to"), event.statement.argument("via"), event.statement.argument("to")]
+        origins = [before.target_origin, event.via_origin, event.target_origin]
+        if all(origin is None or (origin.kind == "inline" and origin.handed is None) for origin in origins):
+            return None
+        hidden = hidden_name(self.program, module, arc=event.via is not None)
+        texts = [argument_text(a.text, self.program, module) for a in arguments if a is not None]
+        if hidden is not None or None in texts:
+            raise _Whole(hidden or NO_PARTS)
+        return tuple(text for text in texts if text is not None)
+
+    def _run(self, i: int, shares: Sequence[float], *, even: bool) -> _Run:
+        """The execution that is move i, with the targets that it needs at fractions of its way.
+
+        Args:
+            even: the tool turns evenly between the ends, as the function of a line has it.
+
+        Raises:
+            _Whole: its start is not known, or lies in another work object, displacement or tool. A new calibration of
+                one of them moves the line in a way that no expression of its ends follows.
+        """
+        samples, event, before = self.samples, self.moves[i].event, self.moves[i - 1].event
+        rows = np.arange(samples.start[i], samples.goal[i] + 1)
         frames = [(e.wobj, e.displacement, e.tool) for e in (before, event)]
-        return None if isinstance(before.target, RobTarget) and frames[0] == frames[1] else OTHER_FRAME
+        if not isinstance(before.target, RobTarget) or frames[0] != frames[1] or len(rows) < 2:
+            raise _Whole(OTHER_FRAME)
+        ends = [
+            (before.target_origin, before.target),
+            (event.via_origin, event.via),
+            (event.target_origin, event.target),
+        ]
+        written = [self._written(o, t) for o, t in ends if o is not None and isinstance(t, RobTarget)]
+        u, s = samples.u[rows], np.array(shares)
+        shift = pose_error(samples.T_work_tcp[rows], self.curve[rows])
+        needed = np.array([np.interp(s, u, column) for column in shift.T]).T
+        chord = shift[0] + s[:, None] * (shift[-1] - shift[0])
+        T = pose_in_space(samples.curves, np.full(len(s), i), s)
+        T[:, :3, :3] = displace(needed)[:, :3, :3] @ T[:, :3, :3]
+        if even:
+            T[:, :3, :3] = Slerp([0, 1], Rotation.from_matrix(self.curve[rows[[0, -1]], :3, :3]))(s).as_matrix()
+        T[:, :3, 3] += needed[:, :3]
+        confs = confdata(self.requester.robot, self._joints(i, s, T))
+        values = self.requester.values([(i, pose, conf_of(conf)) for pose, conf in zip(T, confs, strict=True)])
+        values = [replace(v, extax=axes_between(before, event, x)) for v, x in zip(values, shares, strict=True)]
+        return _Run(event, tuple(written), values, 1e3 * np.linalg.norm((needed - chord)[:, :3], axis=1))
 
-    def _run(self, part: Pieces) -> PathRun | str:
-        """One execution of a move between ends that the text names, or the reason why there is no such text.
+    def _joints(self, i: int, shares: Array, T: Array) -> Array:
+        """Joint angles (k, 6) [rad] in which the arm comes to poses (k, 4, 4) at fractions (k,) of move i.
 
-        Args:
-            part: how it is divided.
+        Near a straight wrist that may be another wrist than the inverse of the model has at a pose alone.
         """
-        event, before = self.moves[part.move].event, self.moves[part.move - 1].event
-        to, via = event.statement.argument("to"), event.statement.argument("via")
-        start = before.statement.argument("to")
-        assert start is not None and to is not None
-        assert isinstance(event.target, RobTarget) and isinstance(before.target, RobTarget)
-        ends = [(start.text, before.target_origin, before.target), (to.text, event.target_origin, event.target)]
-        if event.via is not None and event.via_origin is not None and via is not None:
-            ends.insert(1, (via.text, event.via_origin, event.via))
-        texts = [argument_text(text, self.program, event.statement.module) for text, _, _ in ends]
-        written = tuple(text for text in texts if text is not None)
-        if len(written) < len(ends):
-            return NO_PARTS
-        targets = tuple(self._written(origin, target) for _, origin, target in ends)
-        u = self.samples.u
-        return PathRun(event, written, targets, u[list(part.goals)], u[list(part.vias)])
+        samples, exact = self.samples, self.requester.exact
+        rows = np.arange(samples.start[i], samples.goal[i] + 1)
+        others = rows[~np.isclose(samples.u[rows][:, None], shares).any(axis=1)]
+        u, poses = np.concatenate([samples.u[others], shares]), np.concatenate([self.curve[others], T])
+        order, move = np.argsort(u), np.full(len(u), i)
+        end = np.array([len(u) - 1]), exact.q_goal[[i]]
+        try:
+            q = follow(self.requester.robot, samples.curves, move, u[order], poses[order], exact.q[rows[0]], end)
+        except PostprocError:  # the proof says where the arm cannot follow
+            return np.array([np.interp(shares, samples.u[rows], column) for column in exact.q[rows].T]).T
+        return np.asarray(q[np.argsort(order)][len(others) :])
 
     def _written(self, origin: Origin, target: RobTarget) -> RobTarget:
         """The value of a target expression once the numbers that it comes from are corrected.
@@ -227,86 +268,55 @@ class TargetAdder:
         w, a, b, c = (turn * Rotation.from_quat(target.rot, scalar_first=True)).as_quat(scalar_first=True).tolist()
         return replace(target, trans=(x, y, z), rot=(w, a, b, c), robconf=now.robconf)
 
-    def _numbers(self, i: int, part: Pieces, shares: Sequence[float] | None = None) -> list[Insertion]:
-        """The statements to add before move i, with their targets as numbers.
+    def _target(
+        self, runs: Sequence[_Run], texts: tuple[str, ...] | None, k: int, share: float, within_mm: float
+    ) -> TargetValue:
+        """The k-th target for all runs, at a fraction of their ways, in the middle of what they need.
 
         Args:
-            part: how it is divided.
-            shares: fractions of a line at which the targets are put, instead of those of the samples.
+            texts: expressions of the ends; None if they are numbers, as the target then is.
+            within_mm: how far [mm] it may be from what each run needs, or half of what the run lacks there.
+
+        Raises:
+            _Whole: the runs need different targets.
         """
-        event = self.moves[i].event
-        goals = list(part.goals)
-        T = self.curve[goals].copy()
-        if event.via is None and shares is not None:
-            start, goal = self.curve[self.samples.start[i]], self.curve[self.samples.goal[i]]
-            T[:, :3, 3] += np.outer(np.subtract(shares, self.samples.u[goals]), goal[:3, 3] - start[:3, 3])
-            # The function turns evenly between the ends.
-            R = Rotation.from_matrix(start[:3, :3])
-            turn = (R.inv() * Rotation.from_matrix(goal[:3, :3])).as_rotvec()
-            T[:, :3, :3] = (R * Rotation.from_rotvec(np.outer(shares, turn))).as_matrix()
-        confs = self._confs(i, goals, T)
-        to = self.requester.values([(i, pose, c) for pose, c in zip(T, confs, strict=True)])
-        shares = self.samples.u[goals].tolist()
-        to = [
-            replace(value, extax=axes_between(self.moves[max(i - 1, 0)].event, event, share))
-            for value, share in zip(to, shares, strict=True)
-        ]
-        of_vias = self._confs(i, part.vias, self.curve[list(part.vias)]) if part.vias else []
-        vias = self.requester.values([(i, self.curve[v], c) for v, c in zip(part.vias, of_vias, strict=True)])
-        zone = small_zone(self.program, event)
-        return [insertion_of(event, t, vias[k] if vias else None, zone) for k, t in enumerate(to)]
-
-    def _confs(self, i: int, rows: Sequence[int], T: Array) -> list[Conf]:
-        """Confdata of the postures that the arm has on the commanded curve of move i at some samples.
-
-        Near a straight wrist that may be another wrist than the inverse of the model has at the sample alone.
-
-        Args:
-            rows: indices of the samples, with poses T_work_tcp (k, 4, 4) in place of those of the curve.
-        """
-        samples = self.samples
-        every = np.arange(samples.start[i], samples.goal[i] + 1)
-        q, poses, chosen = self.requester.exact.q[every], self.curve[every].copy(), np.subtract(rows, every[0])
-        poses[chosen] = T
-        try:
-            end = np.array([len(every) - 1]), self.requester.exact.q_goal[[i]]
-            q = follow(self.requester.robot, samples.curves, samples.move[every], samples.u[every], poses, q[0], end)
-        except PostprocError:
-            pass  # the proof says where the arm cannot follow
-        return [conf_of(row) for row in confdata(self.requester.robot, q[chosen])]
-
-    def _gap(self, part: Pieces) -> float:
-        """Largest distance [mm] between the correction at the targets to add and its linear interpolation.
-
-        The interpolation is between the corrections at start and goal of the move: what the path lacks without added
-        targets. ``add`` derives from it how far an added target may be off in each run.
-
-        Args:
-            part: how the move is divided.
-        """
-        samples, goals, i = self.samples, list(part.goals), part.move
-        shift = self.curve[:, :3, 3] - samples.T_work_tcp[:, :3, 3]
-        u = samples.u[goals][:, None]
-        gaps: Array = (1 - u) * shift[samples.start[i]] + u * shift[samples.goal[i]] - shift[goals]
-        return 1e3 * float(np.linalg.norm(gaps, axis=1).max())
+        values = [run.values[k] for run in runs]
+        places = np.array([value.pose.trans for value in values])
+        if texts is not None:
+            places -= [point_at(np.array([end.trans for end in run.ends]), share) for run in runs]
+        x, y, z = (middle := midrange(places)).tolist()
+        off = np.linalg.norm(places - middle, axis=1)
+        if (off > [max(within_mm, run.lacks_mm[k] / 2) for run in runs]).any():
+            raise _Whole(UNLIKE)
+        if texts is not None:
+            function = free_name(self.program, LINE_FUNCTION if len(texts) == 2 else ARC_FUNCTION)
+            return replace(values[0], point=PathPoint(function, texts, round(share, SHARE_DECIMALS), (x, y, z)))
+        if any(not compliant(value.robconf, values[0].robconf) for value in values):
+            raise _Whole(UNLIKE)
+        return replace(values[0], pose=replace(values[0].pose, trans=(x, y, z)))
 
 
-def all_numbers(event: MotionEvent, before: MotionEvent) -> bool:
-    """Whether both ends of a line, or the three points of an arc, stand in their statements as numbers.
+def _configured(target: TargetValue, runs: Sequence[_Run], k: int) -> TargetValue:
+    """The k-th target as a point with quarter turns, the same for all runs, from the configuration of the nearer end.
 
-    Args:
-        event: the motion along the line or arc.
-        before: the motion to its start.
+    Without any where it has that configuration, or one that the controller accepts for that.
+
+    Raises:
+        _Whole: the runs need different ones, or external axes do not move evenly between the ends.
     """
-    origins = (before.target_origin, event.target_origin, *([event.via_origin] if event.via is not None else []))
-    return all(origin is not None and _is_number(origin) for origin in origins)
-
-
-def _is_number(origin: Origin) -> bool:
-    """Whether a target is written as numbers in its statement, not passed to it by a call."""
-    return origin.kind == "inline" and origin.handed is None
-
-
-def _in_one_posture(a: TargetValue, b: TargetValue) -> bool:
-    """Whether one statement can lead to both targets: compatible configurations and equal external axes."""
-    return compliant(a.robconf, b.robconf) and bool(np.abs(np.subtract(a.extax, b.extax)).max() <= STILL)
+    assert target.point is not None
+    share = target.point.share
+    for run in runs:
+        start, goal = (np.array(end.extax) for end in (run.ends[0], run.ends[-1]))
+        if (np.abs(start + share * (goal - start) - run.values[k].extax) > STILL).any():
+            raise _Whole(OTHER_AXES)
+    pairs = [(run.ends[0 if share < 0.5 else -1].robconf, run.values[k].robconf) for run in runs]
+    turns = {quarter_turns(end, conf) for end, conf in pairs}
+    if len(turns) == 1 and (common := turns.pop()) is not None:
+        return replace(target, point=replace(target.point, turns=common)) if any(common) else target
+    accepted = (
+        any_configuration(run.event) or compliant(conf, end) for run, (end, conf) in zip(runs, pairs, strict=True)
+    )
+    if not all(accepted):
+        raise _Whole(OTHER_POSTURE)
+    return target

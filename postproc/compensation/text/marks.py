@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 
-from postproc.compensation.text.path_points import ARC_FUNCTIONS, LINE_FUNCTIONS
 from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.rapid.syntax.tokens import names_at
 
@@ -15,9 +14,12 @@ CORRECTED, CORRECTED_CIRCLE = "ppCorrected", "ppCorrectedCirc"
 """Functions of such a module, that give the target to command for a target and for a circle point."""
 CORRECTING = frozenset({CORRECTED.lower(), CORRECTED_CIRCLE.lower()})
 _HEADER = re.compile(rb"^[ \t]*!\s*postproc \d++\.\d++[^\r\n]*compensated", re.MULTILINE)
-# The functions that added targets call stay where somebody takes the header out.
-_NAMES = "|".join([*LINE_FUNCTIONS, *ARC_FUNCTIONS]).encode()
-_ADDED = re.compile(rb"^[ \t]*+(?i:(?:LOCAL[ \t]++)?FUNC[ \t]++\w++[ \t]++(?:%b)\d*+[ \t]*+\()" % _NAMES, re.MULTILINE)
+# The functions that added targets call, of this and earlier versions, stay where somebody takes the header out.
+_ADDED = re.compile(
+    rb"^[ \t]*+(?i:(?:LOCAL[ \t]++)?FUNC[ \t]++\w++[ \t]++"
+    rb"pp(?:(?:Line|Arc)Point|(?:Line|Arc|Bend)(?:Keep|Conf)|LineBend)\d*+[ \t]*+\()",
+    re.MULTILINE,
+)
 
 
 def say_corrected_before(sources: Iterable[Source]) -> Iterator[Diagnostic]:

@@ -12,7 +12,6 @@ from postproc.arrays import Array
 from postproc.compensation.correction.circles import circle_point
 from postproc.compensation.correction.curve import NO_JUMP, Exact
 from postproc.compensation.correction.deviation import away_from_curves
-from postproc.compensation.correction.fewest_targets import Pieces
 from postproc.compensation.path.motion import Motion
 from postproc.compensation.text.values import Conf, TargetRequest, TargetValue
 from postproc.compensation.tolerances import goal_tolerances
@@ -58,29 +57,17 @@ class Requester:
                 poses.append((i, "to", self.T_goal[i], target.robconf if keeps else conf_of(self.conf_after[i])))
         return self._requests(poses)
 
-    def vias(
-        self, chosen: Iterable[int], written: Exact, curve: Array, pieces: Sequence[Pieces]
-    ) -> list[TargetRequest]:
+    def vias(self, chosen: Iterable[int], written: Exact, curve: Array) -> list[TargetRequest]:
         """Requests for the circle points of those among the chosen moves (indices) that are arcs.
 
         Args:
             written: the correction with the goals that the text has, from ``place_targets``.
             curve: (n, 4, 4) commanded poses through them.
-            pieces: how arcs are divided; of a divided one the circle point of the last part is requested.
         """
-        divided = {p.move: p for p in pieces if p.goals}
-        poses: list[CorrectedPose] = []
-        for i in chosen:
-            via = self.moves[i].event.via
-            if via is None or self.moves[i].resumes_from is not None:
-                continue
-            parts = divided.get(i)
-            if parts is None:
-                poses.append((i, "via", self._via(i, written, curve), via.robconf))
-            else:
-                row = parts.vias[-1]
-                poses.append((i, "via", curve[row], conf_of(confdata(self.robot, self.exact.q[[row]])[0])))
-        return self._requests(poses)
+        arcs = [(i, self.moves[i].event.via) for i in chosen if self.moves[i].resumes_from is None]
+        return self._requests(
+            [(i, "via", self._via(i, written, curve), via.robconf) for i, via in arcs if via is not None]
+        )
 
     def _requests(self, poses: Sequence[CorrectedPose]) -> list[TargetRequest]:
         """The requests for corrected poses, in their order."""

@@ -36,19 +36,15 @@ class PathPoint:
         function: name of the routine that calculates it on the controller.
         ends: texts of start and goal, for an arc with the circle point between them.
         share: the fraction of the way.
-        axes: letters of the external axes that the ends state, which move evenly along the way.
-        length: line length [mm] for which the displacement is stated, if that is proportional to the square of the
-            length; 0 if the displacement is the same for all lines.
-        keeps: it has the configuration of the first end; else that of the nearer one.
-        turns: quarter turns of axes 1, 4 and 6 from that of the first end, and 1 where axis 5 has the other sign.
+        offset: displacement of the point [mm], axes of the object.
+        turns: quarter turns of axes 1, 4 and 6 from the configuration of the nearer end, and 1 where axis 5 has the
+            other sign; None for none.
     """
 
     function: str
     ends: tuple[str, ...]
     share: float
-    axes: str = ""
-    length: int = 0
-    keeps: bool = False
+    offset: Vec3
     turns: Conf | None = None
 
     @property
@@ -63,14 +59,12 @@ class TargetValue:
 
     Args:
         point: what it is written as instead of numbers.
-        law: formula of the displacement [mm] of that point.
     """
 
     pose: Pose
     robconf: Conf
     extax: Ax6
     point: PathPoint | None = None
-    law: OffsetLaw = OffsetLaw()
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,10 +107,10 @@ class TargetRequest:
         return subtract(self.value.pose.trans, self.target.trans)
 
 
-Form = Literal["numbers", "amounts", "offset", "components"]
+Form = Literal["numbers", "amounts", "offset", "components", "point"]
 """How a correction is written: literal numbers in the place of literal numbers; other amounts in ``Offs`` or
 ``RelTool``; ``Offs`` around the expression; an aggregate of the components of a name, where ``Offs`` is a name of the
-program's own."""
+program's own; the point of a line or arc in its place."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +120,7 @@ class Change:
     Args:
         source, span: the text that leads to the target; for ``numbers`` the aggregate that holds them.
         form: how it is rewritten.
-        value: the corrected target; if it has a ``point`` that replaces the text.
+        value: the corrected target.
         law: formula of what is added to the position [mm], along the axes of the object or, in ``RelTool``, of the
             tool.
     """
