@@ -17,26 +17,14 @@ from postproc.diagnostics import PostprocError, Source
 from postproc.files import read_source, real, stays_inside
 from postproc.rapid.program.program import ENDINGS
 from postproc.settings import Settings
-from postproc.settings_files import StatedSettings, with_choices
+from postproc.settings_files import StatedJob, with_choices
 from postproc.tomlfile import check, parse_toml, span_of
 
 SettingsAt = Callable[[Path], Settings]
 """What holds for the programs of a folder: ``postproc.toml`` found from there, and the command line."""
 
 
-class _Choices(StatedSettings):
-    """What holds for one job, or for all of them.
-
-    Args:
-        effects: Python files with effects; their code is run.
-        entry: routine that runs first.
-    """
-
-    effects: list[str] | None = None
-    entry: str | None = None
-
-
-class _Job(_Choices):
+class _Job(StatedJob):
     """One job: a folder, or the files of one task.
 
     Args:
@@ -52,7 +40,7 @@ class _Job(_Choices):
     name: str | None = None
 
 
-class JobsFile(_Choices):
+class JobsFile(StatedJob):
     """A jobs file of ``batch``.
 
     Args:
@@ -130,7 +118,7 @@ def _planned(source: Source, settings_at: SettingsAt, output: Path) -> BatchPlan
             twice = next((f for f in task.files if f in owner), None)
             if twice is not None:
                 raise _wrong(source, index, f"`{twice}` belongs to `{owner[twice]}` too", "name each file in one job")
-            tasks[task.name] = (task, _settled(task, root, settings_at, *((source, c) for c in (file, job))))
+            tasks[task.name] = (task, _settled(task, root, settings_at, source.path, file, job))
             owner.update(dict.fromkeys(task.files, task.name))
         copies.update(more)
     return BatchPlan(root, tuple(tasks[name] for name in sorted(tasks)), tuple(sorted(copies - owner.keys())))
@@ -212,28 +200,17 @@ def _below(tasks: Iterable[Task], copies: Iterable[str], folder: Path) -> tuple[
     return renamed, [*moved(copies)]
 
 
-def _settled(task: Task, root: Path, settings_at: SettingsAt, *layers: tuple[Source, _Choices]) -> Settings:
+def _settled(task: Task, root: Path, settings_at: SettingsAt, origin: str = "", *layers: StatedJob) -> Settings:
     """Return the settings of a task: of its folder, overridden by each layer, then completed by the arm it drives.
 
     Args:
         root: folder of the batch. settings_at: returns the settings for programs in a folder.
-        layers: the choices of the jobs file and of the job, each with its source.
+        origin: the jobs file. layers: what it states for all jobs, and for this one; paths start at ``root``.
     """
     settings = settings_at((root / task.files[0]).parent if task.files else root)
-    for source, choices in layers:
-        settings = _chosen(settings, choices, source)
+    for layer in layers:
+        settings = with_choices(settings, layer.stated(), root, origin)
     return with_arm(settings, task)
-
-
-def _chosen(settings: Settings, choices: _Choices, source: Source) -> Settings:
-    """Return the settings with the choices of a jobs file, whose paths start at the folder of ``source``."""
-    root = Path(source.path).parent
-    chosen = with_choices(settings, choices, root, source.path)
-    if choices.effects is not None:
-        chosen = replace(chosen, effects=tuple(root / path for path in choices.effects))
-    if choices.entry is not None:
-        chosen = replace(chosen, options=replace(chosen.options, entry=choices.entry))
-    return chosen
 
 
 def _wrong(source: Source, index: int, text: str, help_: str, key: str | None = None) -> PostprocError:

@@ -8,18 +8,9 @@ from typing import TYPE_CHECKING
 
 from cyclopts import Parameter
 
-from postproc.cli.options import (  # noqa: F401 - types of the fields of `RobotOptions`
-    EffectFiles,
-    Flag,
-    ModelFile,
-    Names,
-    VectorText,
-    parse_channel,
-    parse_numbers,
-    parse_vector,
-)
+from postproc.cli.options import Names, VectorText, parse_channel, parse_numbers, parse_vector
+from postproc.cli.program_options import RobotOptions
 from postproc.cli.programs import settled
-from postproc.cli.robot_options import RobotOptions
 from postproc.diagnostics import PostprocError
 
 if TYPE_CHECKING:
