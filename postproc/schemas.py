@@ -58,8 +58,8 @@ class _DescribedSchema(GenerateJsonSchema):
 def _with_effects(schema: dict[str, Any]) -> None:
     """Add ``[effects.KEY]`` of a model file to its schema, as the effects declare it; other keys may hold anything."""
     known = {key: _effect(cls) for key, cls in effect_library().items()}
-    own = {"type": "object", "description": "an effect of your own (`--effects FILE.py`)"}
-    schema["properties"]["effects"] = {"type": "object", "properties": known, "additionalProperties": own}
+    unknown = {"type": "object", "description": "an effect of your own (`--effects FILE.py`)"}
+    schema["properties"]["effects"] = {"type": "object", "properties": known, "additionalProperties": unknown}
 
 
 def _effect(cls: type[Effect]) -> dict[str, Any]:

@@ -110,7 +110,7 @@ def made_with(settings: Settings) -> dict[str, str]:
     """Return what a page says about how its result was made, by label."""
     o = settings.options
     shipped = "shipped with postproc, not measured on this arm"
-    beside: dict[str, Iterable[object]] = {
+    listed: dict[str, Iterable[object]] = {
         "effects": settings.effects,
         "read along": settings.side_files,
         "taught": o.taught,
@@ -131,7 +131,7 @@ def made_with(settings: Settings) -> dict[str, str]:
         "scope": o.scope,
         "at run time": o.run_time,
         **({"cell": str(settings.cell)} if settings.cell is not None else {}),
-        **{name: ", ".join(map(str, values)) for name, values in beside.items() if values},
+        **{name: ", ".join(map(str, values)) for name, values in listed.items() if values},
     }
 
 
@@ -159,12 +159,12 @@ def read_arm(settings: Settings, program: str, unknown: Diagnostic | None = None
         text = f"nothing says which arm runs `{program}`"
         raise PostprocError(unknown or Diagnostic("CLI013", "error", text, help=help_))
     station = settings.station if settings.cell is None else read_station(settings.cell)
-    if found := [] if bare else corrected_twice(settings, station):
-        raise PostprocError(found, 1)
+    if findings := [] if bare else corrected_twice(settings, station):
+        raise PostprocError(findings, 1)
     calibration = None if station is None else station.cell_arm.calibration
     if settings.model is None:
-        robot, own = str(settings.robot), settings.from_controller
-        model = controller_model(robot, calibration) if own else default_model(robot)
+        robot = str(settings.robot)
+        model = controller_model(robot, calibration) if settings.from_controller else default_model(robot)
         return model if station is None else model.at_station(station)
     model = read_model(settings.model, library)
     if settings.robot is not None:
@@ -186,8 +186,8 @@ def _moved_to(model: Model, robot: Robot, name: str) -> Model:
     import numpy as np
 
     before = model.robot
-    alike = np.allclose(before.link, robot.link, atol=1e-9) and np.allclose(before.axis, robot.axis, atol=1e-9)
-    return replace(model, robot=robot, robot_name=name, fit=model.fit if alike else {})
+    same_links = np.allclose(before.link, robot.link, atol=1e-9) and np.allclose(before.axis, robot.axis, atol=1e-9)
+    return replace(model, robot=robot, robot_name=name, fit=model.fit if same_links else {})
 
 
 def corrected_twice(settings: Settings, station: Station | None) -> list[Diagnostic]:

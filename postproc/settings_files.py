@@ -21,8 +21,6 @@ from postproc.tomlfile import FileTable, Positive, check, parse_toml, span_of
 
 CONTROLLER_MODEL = "controller"
 """What names the controller's own numbers in place of a model file."""
-
-
 IN_FILES: Mapping[Any, Any] = {
     float: Positive,
     str: Annotated[str, Field(pattern="^[a-f]*$")],
@@ -35,7 +33,7 @@ IN_FILES: Mapping[Any, Any] = {
 class _Layer(FileTable):
     """What one layer states; None is left to the layers around it. Paths start at the file that states them."""
 
-    model_config = ConfigDict(protected_namespaces=())
+    model_config = ConfigDict(protected_namespaces=(), defer_build=True)  # most programs have no such file
 
     def stated(self) -> dict[str, Any]:
         """Return what the layer states of a conversion, by the names of `USER_OPTIONS`."""
@@ -150,17 +148,17 @@ def find_settings(place: Path) -> tuple[Path, SettingsFile] | None:
     return None
 
 
-def _searched(here: Path) -> Iterator[Path]:
+def _searched(place: Path) -> Iterator[Path]:
     """Yield a folder and those above it, up to the root of its repository or the user's home.
 
     Folders above it that anybody may write to are left out.
 
     Args:
-        here: the folder.
+        place: the folder.
     """
     home = real(Path.home())
-    for folder in (here, *here.parents):
-        if folder == here or not _anybody_writes(folder):
+    for folder in (place, *place.parents):
+        if folder == place or not _anybody_writes(folder):
             yield folder
         if os.path.lexists(folder / ".git") or real(folder) == home:
             return
@@ -180,10 +178,10 @@ def settings_at(place: Path) -> Settings:
     Args:
         place: the folder.
     """
-    found = find_settings(place)
-    if found is None:
+    nearest = find_settings(place)
+    if nearest is None:
         return Settings()
-    path, file = found
+    path, file = nearest
     stated = file.stated()
     inherited = [(o.key, json.dumps(stated[o.name], ensure_ascii=False)) for o in USER_OPTIONS if o.name in stated]
     chosen = with_choices(Settings(stated_in=(path,)), stated, path.parent, str(path))

@@ -4,38 +4,37 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, get_args, get_origin, get_type_hints
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class UserOption:
     """What people may state for a field of a dataclass. Lengths are millimetres for people, metres in the field.
 
     Args:
-        default: of the field.
+        name, type, default: of the field.
+        text: its description in the docstring of the dataclass; `{}` stands for the default, angle brackets surround
+            what holds on the command line alone.
+        key: in files. Default: the name of the field, in `_mm` for `_m`.
         commands: that take it: on the ``arm``, those that read a ``program``, ``convert`` or run a ``task``, or none.
         files: that take it: ``settings`` and jobs files, ``jobs`` files alone, or none.
-        key: in files. Default: the name of the field, in `_mm` for `_m`.
         also: short flag, or former key of files and of the command line.
         in_files: type there, if that does not follow from the field's.
         last: it stands behind all others.
-        name, type: of the field.
-        text: its description in the docstring of the dataclass; `{}` stands for the default, angle brackets surround
-            what holds on the command line alone.
     """
 
+    name: str
+    type: Any
     default: Any
+    text: str
+    key: str
     commands: str = "convert"
     files: str = "settings"
-    key: str = ""
     also: str = ""
     in_files: Any = None
     last: bool = False
-    name: str = ""
-    type: Any = None
-    text: str = ""
 
     def description(self, *, command_line: bool) -> str:
         """Return the text with the default, for the command line or for files."""
@@ -58,9 +57,9 @@ class UserOption:
         return tuple(folder / path for path in listed) if Path in get_args(self.type) else tuple(listed)
 
 
-def option(default: object, **more: Any) -> Any:
+def option(default: object, **declaration: Any) -> Any:
     """Return a field of a dataclass that people may state; arguments are those of `UserOption`."""
-    return field(default=default, metadata={"option": UserOption(default, **more)})
+    return field(default=default, metadata={"option": declaration})
 
 
 def described(declared: type) -> dict[str, str]:
@@ -75,15 +74,14 @@ def options_of(declared: type, **names: object) -> list[UserOption]:
     Args:
         names: of its annotations that are imported for types alone.
     """
-    hints = get_type_hints(declared, localns=names)
-    texts = described(declared)
+    hints, texts = get_type_hints(declared, localns=names), described(declared)
     return [
-        replace(
-            each.metadata["option"],
-            key=each.metadata["option"].key or re.sub("_m$", "_mm", each.name),
+        UserOption(
+            **{"key": re.sub("_m$", "_mm", each.name), **each.metadata["option"]},
             name=each.name,
             type=hints[each.name],
-            text=texts[each.name],
+            default=each.default,
+            text=texts.get(each.name, ""),  # without docstrings, ``python -OO``
         )
         for each in fields(declared)
         if "option" in each.metadata

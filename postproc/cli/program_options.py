@@ -77,8 +77,8 @@ class RobotOptions:
 
         words = {field.name: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]
         absent = {field.name: field.default for field in fields(self)}  # type: ignore[arg-type]
-        given = [option for option in USER_OPTIONS if words.get(option.name) != absent.get(option.name)]
-        stated = {option.name: _read(option, words[option.name]) for option in given}
+        stated_options = [option for option in USER_OPTIONS if words.get(option.name) != absent.get(option.name)]
+        stated = {option.name: _read(option, words[option.name]) for option in stated_options}
         return with_choices(settings_at(place), {name: v for name, v in stated.items() if v != ()}, Path())
 
 

@@ -56,8 +56,8 @@ class RunTimeOptions(RobotOptions):
             frame[:3, 3] = 1e-3 * np.array(parse_vector("--tcp", self.tcp, "0,0,350"))
         mass, centre = 0.5 * (model.robot.payload or 0.0), 0.5 * frame[:3, 3]
         if self.load is not None:
-            mass, *rest = parse_numbers("--load", self.load, 4, "`--load 30,0,0,120`")
-            centre = 1e-3 * np.array(rest)
+            mass, *xyz = parse_numbers("--load", self.load, 4, "`--load 30,0,0,120`")
+            centre = 1e-3 * np.array(xyz)
         lower, upper = model.robot.lower, model.robot.upper
         if self.region is not None:
             pairs = self.region.split(",")
