@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from docstring_parser import parse
 from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core.core_schema import ModelSchema
@@ -19,6 +18,7 @@ from postproc.measure.read.layout import ColumnMap
 from postproc.model.file import ModelFile
 from postproc.robot.catalogue import RobotFile
 from postproc.settings_files import SettingsFile
+from postproc.user_options import described
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
 NUMBER: dict[str, Any] = {"type": "number"}
@@ -45,26 +45,21 @@ class _DescribedSchema(GenerateJsonSchema):
         """Return the schema of a table, with descriptions of its keys from the ``Args`` of its class and bases."""
         part = super().model_schema(schema)
         cls: type[BaseModel] = schema["cls"]
-        said = [parse(base.__doc__ or "") for base in reversed(cls.__mro__) if issubclass(base, BaseModel)]
-        if said[-1].short_description:
-            part["description"] = said[-1].short_description
-        texts = {
-            name.strip(): entry.description
-            for one in said
-            for entry in one.params
-            for name in entry.arg_name.split(",")
-        }
+        bases = [base for base in reversed(cls.__mro__) if issubclass(base, BaseModel)]
+        if bases[-1].__doc__:
+            part["description"] = bases[-1].__doc__.partition("\n")[0]
+        texts = {name: text for base in bases for name, text in described(base).items()}
         for name, declared in cls.model_fields.items():
-            if text := texts.get(name):
-                part["properties"][declared.alias or name]["description"] = " ".join(text.split())
+            if name in texts:
+                part["properties"][declared.alias or name]["description"] = " ".join(texts[name].split())
         return part
 
 
 def _with_effects(schema: dict[str, Any]) -> None:
     """Add ``[effects.KEY]`` of a model file to its schema, as the effects declare it; other keys may hold anything."""
     known = {key: _effect(cls) for key, cls in effect_library().items()}
-    own = {"type": "object", "description": "an effect of your own (`--effects FILE.py`)"}
-    schema["properties"]["effects"] = {"type": "object", "properties": known, "additionalProperties": own}
+    unknown = {"type": "object", "description": "an effect of your own (`--effects FILE.py`)"}
+    schema["properties"]["effects"] = {"type": "object", "properties": known, "additionalProperties": unknown}
 
 
 def _effect(cls: type[Effect]) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from postproc.compensation.options import Options
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.files import real
+from postproc.user_options import option, options_of
 
 if TYPE_CHECKING:
     from postproc.model.arm import Model
@@ -24,31 +25,32 @@ class Settings:
     """How a program is converted.
 
     Args:
-        model: model file, None for the shipped model of the arm.
-        from_controller: in its place, the joint compliances that Absolute Accuracy has of the arm.
-        robot: arm of the library, in place of the model's.
+        model: TOML file of the real arm, or controller: joint compliances of Absolute Accuracy in the backup. Default:
+            the shipped model of the arm, with elastic joints.
+        robot: arm of the library, in place of the model's. Default: that of the controller's backup.
+        another_arm: with --robot: the model was made for another arm, and is meant for this one all the same.
+        effects: Python file with effects of your own; its code is run.< May be repeated.>
+        side_files: RAPID module that is read along for what it declares, never changed.< May be repeated.>
+        alone: read no data along that the program lacks and a file near it declares.
+        cell: what carries the arm and its work: TOML file with [[external_axes]], controller's backup, or its MOC.cfg.
+        from_controller: in place of a model, the joint compliances that Absolute Accuracy has of the arm.
         robot_from: what names the arm: an option, or a file.
-        effects: Python files with effects.
-        side_files: modules with tools and frames that are read along and never written.
-        alone: no data is read along that a program lacks and a file near it declares.
-        another_arm: ``robot`` is meant to be another arm than that of ``model``.
         stated_in: settings files that these settings come from, found from the program's folder upwards.
         inherited: (key, value as text) of what such a file states and no inner layer overrides.
-        cell: file or backup that describes the external axes, in place of what else does.
         station: the arm in its cell, as a controller's configuration describes it.
     """
 
-    model: Path | None = None
+    model: Path | None = option(None, commands="arm", also="-m")
+    robot: str | None = option(None, commands="arm")
+    another_arm: bool = option(False, commands="arm", files="", key="model_of_another_arm")
+    effects: tuple[Path, ...] = option((), commands="arm", files="jobs")
+    side_files: tuple[Path, ...] = option((), commands="program", key="with")
+    alone: bool = option(False, commands="program")
+    cell: Path | None = option(None, commands="program", last=True)
     from_controller: bool = False
-    robot: str | None = None
     robot_from: str = ""
-    another_arm: bool = False
-    effects: tuple[Path, ...] = ()
-    side_files: tuple[Path, ...] = ()
-    alone: bool = False
     stated_in: tuple[Path, ...] = ()
     inherited: tuple[tuple[str, str], ...] = ()
-    cell: Path | None = None
     station: Station | None = None
     options: Options = field(default_factory=Options)
 
@@ -100,11 +102,15 @@ class Settings:
         return {"robot": robot, "robot_from": self.robot_from, "scope": self.options.scope}
 
 
+USER_OPTIONS = tuple(sorted((*options_of(Settings, Station=object), *options_of(Options)), key=lambda one: one.last))
+"""All that people may state about a conversion, in the order of files."""
+
+
 def made_with(settings: Settings) -> dict[str, str]:
     """Return what a page says about how its result was made, by label."""
     o = settings.options
     shipped = "shipped with postproc, not measured on this arm"
-    beside: dict[str, Iterable[object]] = {
+    listed: dict[str, Iterable[object]] = {
         "effects": settings.effects,
         "read along": settings.side_files,
         "taught": o.taught,
@@ -125,7 +131,7 @@ def made_with(settings: Settings) -> dict[str, str]:
         "scope": o.scope,
         "at run time": o.run_time,
         **({"cell": str(settings.cell)} if settings.cell is not None else {}),
-        **{name: ", ".join(map(str, values)) for name, values in beside.items() if values},
+        **{name: ", ".join(map(str, values)) for name, values in listed.items() if values},
     }
 
 
@@ -153,12 +159,12 @@ def read_arm(settings: Settings, program: str, unknown: Diagnostic | None = None
         text = f"nothing says which arm runs `{program}`"
         raise PostprocError(unknown or Diagnostic("CLI013", "error", text, help=help_))
     station = settings.station if settings.cell is None else read_station(settings.cell)
-    if found := [] if bare else corrected_twice(settings, station):
-        raise PostprocError(found, 1)
+    if findings := [] if bare else corrected_twice(settings, station):
+        raise PostprocError(findings, 1)
     calibration = None if station is None else station.cell_arm.calibration
     if settings.model is None:
-        robot, own = str(settings.robot), settings.from_controller
-        model = controller_model(robot, calibration) if own else default_model(robot)
+        robot = str(settings.robot)
+        model = controller_model(robot, calibration) if settings.from_controller else default_model(robot)
         return model if station is None else model.at_station(station)
     model = read_model(settings.model, library)
     if settings.robot is not None:
@@ -180,8 +186,8 @@ def _moved_to(model: Model, robot: Robot, name: str) -> Model:
     import numpy as np
 
     before = model.robot
-    alike = np.allclose(before.link, robot.link, atol=1e-9) and np.allclose(before.axis, robot.axis, atol=1e-9)
-    return replace(model, robot=robot, robot_name=name, fit=model.fit if alike else {})
+    same_links = np.allclose(before.link, robot.link, atol=1e-9) and np.allclose(before.axis, robot.axis, atol=1e-9)
+    return replace(model, robot=robot, robot_name=name, fit=model.fit if same_links else {})
 
 
 def corrected_twice(settings: Settings, station: Station | None) -> list[Diagnostic]:

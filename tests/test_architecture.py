@@ -82,7 +82,7 @@ FLOORS = {
         *("options", "tolerances", "path", "correction", "reading", "text", "plan"),
         *("readback", "judgement", "conversion"),
     ),
-    "cli": ("printing", "options", "robot_options", "program_options", "programs", "convert", "app"),
+    "cli": ("printing", "options", "program_options", "programs", "convert", "app"),
     "effects": ("contract", "findings", "parameters", "modules", "files", "base", "conformance", "library", "registry"),
     "measure": ("observations", "measurements", "alignment", "clock", "trajectory", "iso9283", "read"),
     "estimation": ("errors", "problem", "linear", "solution", "leftover", "fitted", "recorded", "findings"),

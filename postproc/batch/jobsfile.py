@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from fnmatch import fnmatchcase
 from functools import cache
 from pathlib import Path, PurePosixPath
@@ -16,7 +15,7 @@ from postproc.diagnostics import PostprocError, Source
 from postproc.files import read_source, real, stays_inside
 from postproc.rapid.program.program import ENDINGS
 from postproc.settings import Settings
-from postproc.settings_files import StatedSettings, with_choices
+from postproc.settings_files import StatedJob, with_choices
 from postproc.tasks.discover import IGNORED_FOLDERS, discover, in_output
 from postproc.tasks.task import Task, with_arm
 from postproc.tomlfile import check, parse_toml, span_of
@@ -25,19 +24,7 @@ SettingsAt = Callable[[Path], Settings]
 """What holds for the programs of a folder: ``postproc.toml`` found from there, and the command line."""
 
 
-class _Choices(StatedSettings):
-    """What holds for one job, or for all of them.
-
-    Args:
-        effects: Python files with effects; their code is run.
-        entry: routine that runs first.
-    """
-
-    effects: list[str] | None = None
-    entry: str | None = None
-
-
-class _Job(_Choices):
+class _Job(StatedJob):
     """One job: a folder, or the files of one task.
 
     Args:
@@ -53,7 +40,7 @@ class _Job(_Choices):
     name: str | None = None
 
 
-class JobsFile(_Choices):
+class JobsFile(StatedJob):
     """A jobs file of ``batch``.
 
     Args:
@@ -187,21 +174,16 @@ def _patterns(source: Source, index: int, job: _Job, tasks: Sequence[Task]) -> l
     return [prefix + name for name in job.only]
 
 
-def _settled(task: Task, settings_at: SettingsAt, *layers: tuple[Source, _Choices]) -> Settings:
+def _settled(task: Task, settings_at: SettingsAt, *layers: tuple[Source, StatedJob]) -> Settings:
     """Return the settings of a task: of its folder, overridden by each layer, then completed by the arm it drives.
 
     Args:
         settings_at: returns the settings for programs in a folder.
-        layers: the choices of the jobs file and of the job, each with its source, at whose folder their paths start.
+        layers: what the jobs file states for all jobs, and for this one, with its source: paths start at its folder.
     """
     settings = settings_at((task.root / task.files[0]).parent if task.files else task.root)
-    for source, choices in layers:
-        root = Path(source.path).parent
-        settings = with_choices(settings, choices, root, source.path)
-        if choices.effects is not None:
-            settings = replace(settings, effects=tuple(root / path for path in choices.effects))
-        if choices.entry is not None:
-            settings = replace(settings, options=replace(settings.options, entry=choices.entry))
+    for source, layer in layers:
+        settings = with_choices(settings, layer.stated(), Path(source.path).parent, source.path)
     return with_arm(settings, task)
 
 

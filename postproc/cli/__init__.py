@@ -1,7 +1,7 @@
 """The commands: one thin file each, nothing below imports from here.
 
 `app` lists them, `run` is the boundary to the shell (exit codes). `convert` holds commands on programs, `improve` on
-models, `look_up` the others; `hooks` runs one for each of many programs (pre-commit, CI). Shared: `options`,
-`robot_options` and `program_options` (what several commands ask), `inputs` and `programs` (files that are read),
+models, `look_up` the others; `hooks` runs one for each of many programs (pre-commit, CI). Shared: `options`
+and `program_options` (what several commands ask), `inputs` and `programs` (files that are read),
 `output` (files that are written), `printing` and `progress` (what is printed).
 """

@@ -62,9 +62,9 @@ EffectFiles = Annotated[
         help="Python file with effects of your own; its code is run. May be repeated.",
     ),
 ]
-SideFiles = Annotated[tuple[Path, ...], Parameter(name="--with", n_tokens=1, show_default=False)]
+Files = Annotated[tuple[Path, ...], Parameter(n_tokens=1, show_default=False)]
+SideFiles = Annotated[Files, Parameter(name="--with")]
 Names = Annotated[tuple[str, ...], Parameter(n_tokens=1, show_default=False)]
-Taught = Annotated[tuple[str, ...], Parameter(name=["--taught", "--constant"], n_tokens=1, show_default=False)]
 FreeAxes = Annotated[str, Parameter(validator=_axes, show_default=False)]
 TextFlag = Annotated[
     bool, Parameter(name="--text", show_default=False, help="with --json: print the text as well, on stderr.")
@@ -77,8 +77,6 @@ Tables = Annotated[str, Parameter(required=True, help="tables of measured poses 
 DataFiles = Annotated[tuple[str, ...], Parameter(name="--data", n_tokens=1)]
 VectorText = Annotated[str, Parameter(allow_leading_hyphen=True)]  # a component may be negative
 Vector = tuple[float, float, float]
-CellFile = Annotated[Path | None, Parameter(name="--cell")]
-ModelFile = Annotated[Path | None, Parameter(name=["--model", "-m"])]
 
 
 def parse_numbers(option: str, text: str, count: int, such_as: str, between: str = ",") -> list[float]:

@@ -1,131 +1,97 @@
-"""What is asked for where programs are read: what is read along, what acts on the arm, how near it has to come."""
+"""Options of commands on programs, made of `USER_OPTIONS`, and the settings that come of them."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal, TypeVar, get_args
 
 from cyclopts import Parameter
 
-from postproc.cli.options import (  # noqa: F401 - types of the fields of `RobotOptions`, too
-    CellFile,
-    EffectFiles,
+from postproc.cli.options import (
+    Files,
     Flag,
     FreeAxes,
-    ModelFile,
     Names,
-    SideFiles,
-    Taught,
     Tolerance,
     VectorText,
     parse_channel,
     parse_vector,
     split_names,
 )
-from postproc.cli.robot_options import RobotOptions
+from postproc.rapid.data.records import Vec3
+from postproc.settings import USER_OPTIONS, Settings
+from postproc.user_options import UserOption
+
+Fields = TypeVar("Fields")
 
 
-@Parameter(name="*")
-@dataclass(frozen=True, kw_only=True)
+def _words(option: UserOption) -> tuple[Any, object]:
+    """Return the type of an option's words, and what stands where the option is not given."""
+    kind = option.type
+    if kind is bool:
+        return (Literal["on", "off"] | None, None) if option.default else (Flag, False)
+    if isinstance(option.default, tuple) and kind != Vec3:
+        return Files if Path in get_args(kind) else Names, ()
+    return (FreeAxes, "") if kind is str else ({float: Tolerance, Vec3: VectorText}.get(kind, kind) | None, None)
+
+
+def _read(option: UserOption, word: Any) -> Any:
+    """Return what the words of an option state, as a file has it."""
+    if option.type == Vec3:
+        return parse_vector(f"--{option.key}", word)
+    if option.key == "channel":
+        return dict(map(parse_channel, word))
+    if isinstance(word, tuple):
+        return word if Path in get_args(option.type) else tuple(split_names(word))
+    if option.type is bool:
+        return word in (True, "on")
+    return word.lower() if option.type is str else word
+
+
+def _takes(group: str) -> Callable[[type[Fields]], type[Fields]]:
+    """Return what gives a class a field for each option that a group of commands takes beside those of its base."""
+
+    def declared(cls: type[Fields]) -> type[Fields]:
+        """Return the class with its fields."""
+        for option in (option for option in USER_OPTIONS if option.commands == group):
+            kind, absent = _words(option)
+            names = [f"--{option.key.removesuffix('_mm').replace('_', '-')}"]
+            names += [option.also if option.also.startswith("-") else f"--{option.also}"] if option.also else []
+            parameter = Parameter(name=names, help=option.description(command_line=True))
+            cls.__annotations__[option.name] = Annotated[kind, parameter]
+            setattr(cls, option.name, absent)
+        return Parameter(name="*")(dataclass(frozen=True, kw_only=True)(cls))
+
+    return declared
+
+
+@_takes("arm")
+class RobotOptions:
+    """The real arm. What is not given stands in ``postproc.toml``, or has a default."""
+
+    def settings_at(self, place: Path) -> Settings:
+        """Return the settings of programs in a folder: its ``postproc.toml``, then these options."""
+        from postproc.settings_files import settings_at, with_choices
+
+        words = {field.name: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]
+        absent = {field.name: field.default for field in fields(self)}  # type: ignore[arg-type]
+        stated_options = [option for option in USER_OPTIONS if words.get(option.name) != absent.get(option.name)]
+        stated = {option.name: _read(option, words[option.name]) for option in stated_options}
+        return with_choices(settings_at(place), {name: v for name, v in stated.items() if v != ()}, Path())
+
+
+@_takes("program")
 class ProgramOptions(RobotOptions):
-    """The real arm, and how a program is read. What is not given here stands in ``postproc.toml``, or has a default.
-
-    Attributes:
-        side_files: RAPID module that is read along for what it declares, never changed. May be repeated.
-        alone: read no data along that the program lacks and a file near it declares.
-        taught: data that calibration and teach routines of the program set to the value in its file, NAME[,NAME..].
-        cell: what carries the arm and its work: TOML file with [[external_axes]], controller's backup, or its MOC.cfg.
-        free_axes: letters of external axes, a to f, that carry neither the robot nor its work and may move.
-    """
-
-    side_files: SideFiles = ()
-    alone: Flag = False
-    taught: Taught = ()
-    cell: CellFile = None
-    free_axes: FreeAxes = ""
-
-    def _stated(self) -> dict[str, Any]:
-        """Return these options by the keys of ``postproc.toml``; None where one was not given."""
-        return {
-            **super()._stated(),
-            "side_files": list(map(str, self.side_files)) or None,
-            "alone": self.alone or None,
-            "taught": split_names(self.taught) or None,
-            "cell": self.cell and str(self.cell),
-            "free_axes": self.free_axes.lower() or None,
-        }
+    """The same, and how a program is read."""
 
 
-@Parameter(name="*")
-@dataclass(frozen=True, kw_only=True)
+@_takes("convert")
 class ConvertOptions(ProgramOptions):
-    """What acts on the arm, and how near it has to come.
-
-    Attributes:
-        force: force on the TCP in base axes [N], FX,FY,FZ. Default: none.
-        moment: moment on the TCP in base axes [N m], MX,MY,MZ. Default: none.
-        force_on: where the force acts: along the whole program (default), or while the arc burns.
-        inertia: compensate the deflection under sustained acceleration. Default: on.
-        tolerance: largest distance from the programmed path [mm]. Default: 0.1.
-        air_tolerance: the same where nothing welds [mm]. Default: 0.2.
-        scope: correct all motions (default), or those that weld.
-        allow_partial: write the program although what the arm cannot run, or a weld between others, stays uncorrected.
-        largest_correction: farthest that a target may be moved [mm]; beyond it nothing is written. Default: 15.
-        template: folder of Jinja templates in place of the shipped ones.
-        wobj_taught: work objects taught with this arm, NAME[,NAME..] or all: one rigid shift of each is left out.
-        already: what the controller corrects by itself (Absolute Accuracy): geometry, gravity, force, tool, inertia.
-        channel: what effects read and a program does not tell, NAME=NUMBER: temperature [degC], columns of your own.
-    """
-
-    force: VectorText | None = None
-    moment: VectorText | None = None
-    force_on: Literal["all", "arc"] | None = None
-    inertia: Literal["on", "off"] | None = None
-    tolerance: Tolerance | None = None
-    air_tolerance: Tolerance | None = None
-    scope: Literal["all", "welds"] | None = None
-    allow_partial: Flag = False
-    largest_correction: Tolerance | None = None
-    template: Path | None = None
-    wobj_taught: Names = ()
-    already: Names = ()
-    channel: Names = ()
-
-    def _stated(self) -> dict[str, Any]:
-        """Return these options by the keys of ``postproc.toml``; None where one was not given."""
-        return {
-            **super()._stated(),
-            "force": None if self.force is None else parse_vector("--force", self.force),
-            "moment": None if self.moment is None else parse_vector("--moment", self.moment),
-            "force_on": self.force_on,
-            "inertia": self.inertia and self.inertia == "on",
-            "tolerance_mm": self.tolerance,
-            "air_tolerance_mm": self.air_tolerance,
-            "scope": self.scope,
-            "allow_partial": self.allow_partial or None,
-            "largest_correction_mm": self.largest_correction,
-            "template": self.template and str(self.template),
-            "wobj_taught": split_names(self.wobj_taught) or None,
-            "already": split_names(self.already) or None,
-            "channel": dict(map(parse_channel, self.channel)) or None,
-        }
+    """The same, what acts on the arm, and how near it has to come."""
 
 
-@Parameter(name="*")
-@dataclass(frozen=True, kw_only=True)
+@_takes("task")
 class TaskOptions(ConvertOptions):
-    """The same, and what is corrected while the program runs.
-
-    Attributes:
-        run_time: correct on the controller, by a function in a module beside the output, what numbers cannot correct
-            (where-needed) or all that it can (all). Default: off.
-        run_time_module: file of that module, whose name becomes the module's. Default: ppModel.sys beside the output.
-    """
-
-    run_time: Literal["off", "where-needed", "all"] | None = None
-    run_time_module: Path | None = None
-
-    def _stated(self) -> dict[str, Any]:
-        """Return these options by the keys of ``postproc.toml``; None where one was not given."""
-        return {**super()._stated(), "run_time": self.run_time, "run_time_module": self.run_time_module}
+    """The same, and what is corrected while the program runs."""

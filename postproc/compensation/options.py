@@ -8,60 +8,61 @@ from typing import Literal
 
 from postproc.rapid.data.records import Vec3
 from postproc.rapid.program.program import Elsewhere
+from postproc.user_options import option
 
 TOLERANCE_M = 1e-4
-"""Default of the tolerance [m]: an arm that nobody measured is off by more, and repeats to about half of that."""
+"""Default of the tolerance [m]: an arm that nobody measured is off by more, and repeats to about half of that.
+
+One below it holds for the model, whatever is expected to remain on the arm; the source paper reaches 0.01 mm.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """Choices of one conversion.
+    """Choices of one conversion. Lengths are millimetres where people state them, metres here.
 
     Args:
-        tolerance_m: largest deviation of the TCP from a programmed line or arc [m]. One below ``TOLERANCE_M`` holds for
-            the model, whatever is expected to remain on the arm; the source paper reaches 0.01 mm.
-        air_tolerance_m: the same on motions that do not weld, in a program that welds [m].
-        scope: ``welds`` corrects what welds alone.
-        allow_partial: a program is written although a weld stays uncorrected between corrected ones.
-        largest_correction_m: farthest that a target may be moved [m]; beyond it nothing is written. An arm as it leaves
-            the factory is 8 to 15 mm off its nominal one (ABB, Absolute Accuracy, product manuals).
-        force, moment: external wrench on the TCP, base axes [N], [N m].
-        force_on: ``all`` along the whole program, ``arc`` while the arc burns.
-        inertia: compensate the deflection under sustained acceleration.
-        template_dir: a folder whose templates replace the shipped ones of the same name.
-        free_axes: letters of external axes (``"ab"``) that carry neither the robot nor its work and may move.
-        taught: names of data that calibration and teach routines set to the value in the text.
-        wobj_taught: names of work objects that this arm's own torch has taught, or ``all``: of the correction in them
-            the rigid motion that fits best is left out.
-        already: parts of the arm's error that its controller corrects by itself (``controller_part.PARTS``).
-        channels: values for the whole program of what effects read and a program does not tell, by name:
-            ``temperature`` [degC], columns of the user's own.
-        run_time: which statements a function beside the program corrects while it runs: none, those that numbers
-            cannot correct, or all that it can.
-        run_time_module: file with that function, `ppModel.sys` beside the output where none is named; its name without
-            ending is that of the module.
+        force: force on the TCP in base axes [N]<, FX,FY,FZ>. Default: none.
+        moment: moment on the TCP in base axes [N m]<, MX,MY,MZ>. Default: none.
+        force_on: where the force acts: along the whole program (default), or while the arc burns.
+        inertia: compensate the deflection under sustained acceleration. Default: {}.
+        tolerance_m: largest distance from the programmed path [mm]. Default: {}.
+        air_tolerance_m: the same where nothing welds [mm]. Default: {}.
+        scope: correct all motions (default), or those that weld.
+        run_time: correct on the controller, by a function in a module beside the output, what numbers cannot correct
+            (where-needed) or all that it can (all). Default: {}.
+        run_time_module: file of that module, whose name becomes the module's. Default: ppModel.sys beside the output.
+        allow_partial: write the program although what the arm cannot run, or a weld between others, stays uncorrected.
+        largest_correction_m: farthest that a target may be moved [mm]; beyond it nothing is written. Default: {}.
+        template_dir: folder of Jinja templates in place of the shipped ones.
+        taught: data that calibration and teach routines of the program set to the value in its file<, NAME[,NAME..]>.
+        wobj_taught: work objects taught with this arm<, NAME[,NAME..]> or all: one rigid shift of each is left out.
+        already: what the controller corrects by itself (Absolute Accuracy): geometry, gravity, force, tool, inertia.
+        channels: what effects read and a program does not tell<, NAME=NUMBER>: temperature [degC], columns of your own.
+        entry: routine that runs first.
+        free_axes: letters of external axes, a to f, that carry neither the robot nor its work and may move.
         elsewhere: what other tasks of the controller have of the program's data.
-        entry: routine to start from; None takes ``main``, or every routine that nobody calls.
     """
 
-    tolerance_m: float = TOLERANCE_M
-    air_tolerance_m: float = 2e-4
-    scope: Literal["all", "welds"] = "all"
-    allow_partial: bool = False
-    largest_correction_m: float = 0.015
-    force: Vec3 = (0.0, 0.0, 0.0)
-    moment: Vec3 = (0.0, 0.0, 0.0)
-    force_on: Literal["all", "arc"] = "all"
-    inertia: bool = True
-    template_dir: Path | None = None
-    free_axes: str = ""
-    taught: tuple[str, ...] = ()
-    wobj_taught: tuple[str, ...] = ()
-    already: tuple[str, ...] = ()
-    channels: tuple[tuple[str, float], ...] = ()
-    run_time: Literal["off", "where-needed", "all"] = "off"
-    run_time_module: Path | None = None
-    entry: str | None = None
+    force: Vec3 = option((0.0, 0.0, 0.0))
+    moment: Vec3 = option((0.0, 0.0, 0.0))
+    force_on: Literal["all", "arc"] = option("all")
+    inertia: bool = option(True)
+    tolerance_m: float = option(TOLERANCE_M)
+    air_tolerance_m: float = option(2e-4)
+    scope: Literal["all", "welds"] = option("all")
+    run_time: Literal["off", "where-needed", "all"] = option("off", commands="task")
+    run_time_module: Path | None = option(None, commands="task")
+    allow_partial: bool = option(False)
+    # An arm as it leaves the factory is 8 to 15 mm off its nominal one (ABB, Absolute Accuracy, product manuals).
+    largest_correction_m: float = option(0.015)
+    template_dir: Path | None = option(None, key="template")
+    taught: tuple[str, ...] = option((), commands="program", also="constant")
+    wobj_taught: tuple[str, ...] = option((), in_files=list[str] | Literal["all"])
+    already: tuple[Literal["geometry", "gravity", "force", "tool", "inertia"], ...] = option(())
+    channels: tuple[tuple[str, float], ...] = option((), key="channel", in_files=dict[str, float])
+    entry: str | None = option(None, commands="", files="jobs")
+    free_axes: str = option("", commands="program", last=True)
     elsewhere: Elsewhere = Elsewhere()
 
     @property

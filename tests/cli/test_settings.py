@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from postproc.diagnostics import PostprocError
-from postproc.settings import Settings, read_arm
+from postproc.cli.app import build
+from postproc.cli.program_options import TaskOptions
+from postproc.settings import USER_OPTIONS, Settings, read_arm
 from postproc.settings_files import settings_at
 from tests.batch.test_tree import SYS, backup
 
@@ -81,25 +82,58 @@ def test_the_first_line_names_the_arm_and_what_named_it(call_as_written: Call, p
     assert first("--robot", "irb4600_60_205")[0].startswith("arm `irb4600_60_205` (from --robot);"), "the whole arm"
 
 
-def test_the_command_line_wins_and_the_nearest_file_counts(tmp_path: Path) -> None:
-    from postproc.cli.program_options import ConvertOptions
+# Of each option: a line of a file and its value, words of the command line and their value.
+STATED: dict[str, tuple[str, object, str, object]] = {
+    "model": ('model = "m.toml"', "{at}/m.toml", "-m k.toml", Path("k.toml")),
+    "robot": ('robot = "ur5"', "ur5", "--robot ur10", "ur10"),
+    "another_arm": ("", False, "--model-of-another-arm", True),
+    "effects": ("", (), "--effects a.py --effects b.py", (Path("a.py"), Path("b.py"))),
+    "side_files": ('with = ["u.sys"]', ("{at}/u.sys",), "--with v.sys", (Path("v.sys"),)),
+    "alone": ("alone = true", True, "--alone", True),
+    "force": ("force = [1, 2, 3]", (1, 2, 3), "--force 0,0,-4", (0, 0, -4)),
+    "moment": ("moment = [1, 2, 3]", (1, 2, 3), "--moment -4,0,0", (-4, 0, 0)),
+    "force_on": ('force_on = "arc"', "arc", "--force-on all", "all"),
+    "inertia": ("inertia = false", False, "--inertia on", True),
+    "tolerance_m": ("tolerance_mm = 0.05", 5e-5, "--tolerance 0.02", 2e-5),
+    "air_tolerance_m": ("air_tolerance_mm = 0.5", 5e-4, "--air-tolerance 2", 2e-3),
+    "scope": ('scope = "welds"', "welds", "--scope all", "all"),
+    "run_time": ('run_time = "all"', "all", "--run-time where-needed", "where-needed"),
+    "run_time_module": ('run_time_module = "p.sys"', "{at}/p.sys", "--run-time-module q.sys", Path("q.sys")),
+    "allow_partial": ("allow_partial = true", True, "--allow-partial", True),
+    "largest_correction_m": ("largest_correction_mm = 20", 0.02, "--largest-correction 5", 0.005),
+    "template_dir": ('template = "t"', "{at}/t", "--template v", Path("v")),
+    "taught": ('constant = ["n"]', ("n",), "--taught k,l --constant m,k", ("k", "l", "m")),
+    "wobj_taught": ('wobj_taught = "all"', ("all",), "--wobj-taught wA,wB --wobj-taught wC", ("wA", "wB", "wC")),
+    "already": ('already = ["gravity"]', ("gravity",), "--already geometry,gravity", ("geometry", "gravity")),
+    "channels": ("channel = { b = 30 }", (("b", 30),), "--channel b=1 --channel c=2", (("b", 1), ("c", 2))),
+    "entry": ("", None, "", None),
+    "cell": ('cell = "c.toml"', "{at}/c.toml", "--cell d.toml", Path("d.toml")),
+    "free_axes": ('free_axes = "b"', "b", "--free-axes CB", "cb"),
+}
 
-    (tmp_path / "postproc.toml").write_text('robot = "ur5"\n')
+
+@pytest.mark.parametrize("name", [option.name for option in USER_OPTIONS])
+def test_an_option_stands_in_the_nearest_file_and_the_command_line_wins(tmp_path: Path, name: str) -> None:
+    """Paths start at the file that states them; an option that was not given leaves what the file states."""
+    line, in_file, words, given = STATED[name]
     below = tmp_path / "a" / "b"
     below.mkdir(parents=True)
-    (tmp_path / "a" / "postproc.toml").write_text(
-        'robot = "irb4600_60_205"\nforce = [1, 2, 3]\ntolerance_mm = 0.05\nscope = "welds"\nallow_partial = true\n'
-        'with = ["user.sys"]\ntaught = ["n"]\nchannel = { temperature = 30 }\nair_tolerance_mm = 0.3\n'
-    )
-    stated = settings_at(below)
-    o = stated.options
-    assert (stated.robot, stated.side_files) == ("irb4600_60_205", (tmp_path / "a" / "user.sys",))
-    assert (o.force, o.tolerance_m, o.air_tolerance_m) == ((1, 2, 3), 5e-5, pytest.approx(3e-4))
-    assert (o.scope, o.allow_partial, o.taught, o.channels) == ("welds", True, ("n",), (("temperature", 30.0),))
-    given = ConvertOptions(tolerance=0.02, force="0,0,0", scope="all", taught=("k,l",)).settings_at(below)
-    assert (given.robot, given.options.tolerance_m, given.options.force) == ("irb4600_60_205", 2e-5, (0, 0, 0))
-    assert (given.options.scope, given.options.taught) == ("all", ("k", "l"))
-    assert settings_at(tmp_path).robot == "ur5"
+    (tmp_path / "postproc.toml").write_text('robot = "ur3"\nscope = "all"\n')
+    (tmp_path / "a" / "postproc.toml").write_text(f"{line}\n")
+
+    def value(*more: str) -> object:
+        _, bound, *_ = build().parse_args(["compensate", "p.mod", *more], print_error=False, exit_on_error=False)
+        settings = bound.arguments.get("convert", TaskOptions()).settings_at(below)
+        assert settings.stated_in == (tmp_path / "a" / "postproc.toml",)
+        return getattr(settings, name) if hasattr(settings, name) else getattr(settings.options, name)
+
+    def placed(stated: object) -> object:
+        if isinstance(stated, tuple):
+            return tuple(map(placed, stated))
+        return Path(stated.format(at=tmp_path / "a")) if isinstance(stated, str) and "{at}" in stated else stated
+
+    assert value() == (pytest.approx(in_file) if isinstance(in_file, float) else placed(in_file))
+    assert value(*words.split()) == (pytest.approx(given) if isinstance(given, float) else given)
 
 
 def test_a_robot_file_stands_beside_the_settings(tmp_path: Path, samples: Path) -> None:
@@ -117,6 +151,7 @@ def test_a_robot_file_stands_beside_the_settings(tmp_path: Path, samples: Path) 
         ('effects = ["own.py"]\n', "1:1", "unknown key `effects`"),
         ("scope = 'weld'\n", "1:9", "`scope`"),
         ("tolerance_mm = -1\n", "1:16", "`tolerance_mm`"),
+        ('already = ["gravety"]\n', "1:11", "`already.0`"),
         ("force = [1, 2]\n", "1:9", "`force`"),
         ("[fit]\nrobot = 'ur5'\n", "2:1", "unknown key `robot`"),
         ("[batch]\nworkers = 0\n", "2:11", "`batch.workers`"),
@@ -190,15 +225,6 @@ def test_folders_of_a_batch_have_settings_of_their_own(call_as_written: Call, pr
     assert not list((tmp_path / "out").rglob("postproc.toml")), "settings are not part of the tree"
 
 
-def test_the_former_name_of_taught_data_is_still_read(tmp_path: Path) -> None:
-    (tmp_path / "postproc.toml").write_text('robot = "irb4600_60_205"\nconstant = ["n"]\nalready = ["gravity"]\n')
-    options = settings_at(tmp_path).options
-    assert (options.taught, options.already) == (("n",), ("gravity",))
-    (tmp_path / "postproc.toml").write_text('already = ["gravety"]\n')
-    with pytest.raises(PostprocError, match="CLI014"):
-        settings_at(tmp_path)
-
-
 def test_what_a_fit_knows_holds_for_the_arm_that_was_measured(samples: Path, tmp_path: Path) -> None:
     fitted = tmp_path / "fitted.toml"
     text = (samples / "models" / "hull_cell.toml").read_text(encoding="utf-8")
@@ -209,14 +235,3 @@ def test_what_a_fit_knows_holds_for_the_arm_that_was_measured(samples: Path, tmp
     )
     assert own.fit and not other.fit
     assert [e.key for e in own.effects] == [e.key for e in other.effects]
-
-
-@pytest.mark.parametrize(("line", "names"), [('["wJig", "wB"]', ("wJig", "wB")), ('"all"', ("all",))])
-def test_taught_work_objects_stand_in_the_settings_too(tmp_path: Path, line: str, names: tuple[str, ...]) -> None:
-    """The command line wins as for every key; names may be repeated or have commas between them."""
-    from postproc.cli.program_options import ConvertOptions
-
-    (tmp_path / "postproc.toml").write_text(f'robot = "ur5"\nwobj_taught = {line}\n')
-    assert settings_at(tmp_path).options.wobj_taught == names
-    given = ConvertOptions(wobj_taught=("wA,wB", "wC")).settings_at(tmp_path)
-    assert given.options.wobj_taught == ("wA", "wB", "wC")

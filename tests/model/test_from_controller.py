@@ -14,7 +14,7 @@ from postproc.model.from_controller import controller_model
 from postproc.robot.catalogue import load_robot
 from postproc.robot.controller import Calibration, read_calibration, read_entries
 from postproc.settings import Settings, read_arm
-from postproc.settings_files import StatedSettings, with_choices
+from postproc.settings_files import with_choices
 
 MOC = """MOC:CFG_1.0:6:0::
 #
@@ -95,10 +95,10 @@ def test_without_such_data_there_is_no_such_model() -> None:
 
 
 def test_the_layers_of_settings_name_it_like_a_model() -> None:
-    outer = with_choices(Settings(), StatedSettings(robot="irb1200_5_09"), Path(), "postproc.toml")
-    inner = with_choices(outer, StatedSettings(model="controller"), Path())
+    outer = with_choices(Settings(), {"robot": "irb1200_5_09"}, Path(), "postproc.toml")
+    inner = with_choices(outer, {"model": "controller"}, Path())
     assert (inner.robot, inner.model, inner.from_controller) == ("irb1200_5_09", None, True)
-    assert with_choices(inner, StatedSettings(model="m.toml"), Path()).from_controller is False
+    assert with_choices(inner, {"model": "m.toml"}, Path()).from_controller is False
 
 
 def test_from_a_backup(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,18 +8,9 @@ from typing import TYPE_CHECKING
 
 from cyclopts import Parameter
 
-from postproc.cli.options import (  # noqa: F401 - types of the fields of `RobotOptions`
-    EffectFiles,
-    Flag,
-    ModelFile,
-    Names,
-    VectorText,
-    parse_channel,
-    parse_numbers,
-    parse_vector,
-)
+from postproc.cli.options import Names, VectorText, parse_channel, parse_numbers, parse_vector
+from postproc.cli.program_options import RobotOptions
 from postproc.cli.programs import settled
-from postproc.cli.robot_options import RobotOptions
 from postproc.diagnostics import PostprocError
 
 if TYPE_CHECKING:
@@ -65,8 +56,8 @@ class RunTimeOptions(RobotOptions):
             frame[:3, 3] = 1e-3 * np.array(parse_vector("--tcp", self.tcp, "0,0,350"))
         mass, centre = 0.5 * (model.robot.payload or 0.0), 0.5 * frame[:3, 3]
         if self.load is not None:
-            mass, *rest = parse_numbers("--load", self.load, 4, "`--load 30,0,0,120`")
-            centre = 1e-3 * np.array(rest)
+            mass, *xyz = parse_numbers("--load", self.load, 4, "`--load 30,0,0,120`")
+            centre = 1e-3 * np.array(xyz)
         lower, upper = model.robot.lower, model.robot.upper
         if self.region is not None:
             pairs = self.region.split(",")

@@ -44,7 +44,7 @@ def write(
     from postproc.runtime.document import written_document
     from postproc.runtime.written import write_module
 
-    check_outputs((made_for.model, *made_for.effects), output)
+    check_outputs(made_for.settings_at(output.parent).inputs, output)
     settings, model = made_for.arm(output)
     push, turn = (np.array(parse_vector(f"--{n}", v)) for n, v in (("force", force), ("moment", moment)))
     conditions = replace(

@@ -52,8 +52,9 @@ def run(
     from postproc.render.seam import SeamOptions, seam_module
     from postproc.render.seampoints import read_seam_points
 
-    settings = convert.settings_at(Path(points).parent, entry=routine)
-    settings = replace(settings, options=replace(settings.options, run_time="off"))  # all its targets are numbers
+    settings = convert.settings_at(Path(points).parent)
+    options = replace(settings.options, entry=routine, run_time="off")  # all its targets are numbers
+    settings = replace(settings, options=options)
     check_outputs((points, *settings.inputs), output, report, certificate)
     source = read_source(points)
     settings, arm = settled(settings, points)

@@ -126,11 +126,12 @@ def _stated(data: str, robot: str | None, cell: Path | None) -> tuple[str, Path 
     from postproc.settings_files import FitChoices, find_settings, in_folder
 
     path, choices = find_settings(Path(data).parent) or (Path(), None)
+    stated = {} if choices is None else choices.stated()
     origin = "arm from `--robot`" if robot is not None else f"arm from `{path}`"
-    if robot is None and choices is not None and choices.robot is not None:
-        robot = in_folder(path.parent, choices.robot)
-    if cell is None and choices is not None and choices.cell is not None:
-        cell = path.parent / choices.cell
+    if robot is None and "robot" in stated:
+        robot = in_folder(path.parent, stated["robot"])
+    if cell is None and "cell" in stated:
+        cell = path.parent / stated["cell"]
     if robot is None:
         help_ = "add `--robot NAME`; `postproc robots list` has the names"
         raise PostprocError.of("CLI013", "nothing says which arm was measured", help=help_)
