@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from postproc.batch.values import COUNTED, Job, Result, failed, module_place
 from postproc.diagnostics import Diagnostic, Matter, PostprocError
-from postproc.process import THREADS, load_scipy
+from postproc.process import THREADS, spare_scipy
 
 if TYPE_CHECKING:
     from postproc.compensation.conversion import Conversion
@@ -47,7 +47,7 @@ def _follow_parent() -> None:
 
 def convert(job: Job) -> Result:
     """Convert one task; errors of any kind become findings of its result."""
-    load_scipy()
+    spare_scipy()
     from postproc.convert import compensate_program
 
     try:

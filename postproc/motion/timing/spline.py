@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import PPoly
-from scipy.linalg import solve_banded
 
 from postproc.arrays import Array
 from postproc.motion.path.samples import starts_chain
@@ -15,6 +13,11 @@ from postproc.motion.values import Flags, Index, Move, Path
 from postproc.robot.arm import Robot
 from postproc.robot.cells.cell import LETTERS, Joint, Kind
 from postproc.robot.cells.station import Station
+
+try:
+    from scipy.linalg._flapack import dgtsv  # the solver alone: all of scipy.linalg takes 40 ms to import
+except ImportError:  # another version of scipy has it elsewhere
+    from scipy.linalg.lapack import dgtsv
 
 TURN_ARM = 0.03  # [m/rad] a reorientation counts as travel on this radius,
 JOINT_ARM = 0.02  # and so does the turn of a joint: the parameter grows even where the TCP stands
@@ -63,6 +66,40 @@ def limits_of(robot: Robot, axes: Sequence[Joint]) -> Limits:
 
 
 @dataclass(frozen=True, slots=True)
+class Cubics:
+    """A piecewise cubic curve of c columns: sum of c[3 - j] (s - x)^j in each of the intervals between k places x.
+
+    Args:
+        c: (4, k - 1, c) coefficients; x: (k,) ascending.
+    """
+
+    c: Array
+    x: Array
+
+    def __call__(self, s: Array, order: int = 0) -> Array:
+        """The curve (n, c), or its first or second derivative, at parameters s (n,); the end cubics go on outside."""
+        i = np.clip(np.searchsorted(self.x, s, side="right") - 1, 0, len(self.x) - 2)
+        cubic, square, linear, constant = self.c[:, i]
+        h = (s - self.x[i])[:, None]
+        values: Array
+        if order == 0:
+            values = constant + linear * h + square * (h * h) + cubic * (h * h * h)
+        else:
+            values = linear + square * h * 2.0 + cubic * (h * h) * 3.0 if order == 1 else square * 2.0 + cubic * h * 6.0
+        return values
+
+    def derivatives(self, s: Array) -> tuple[Array, Array, Array]:
+        """First, second and third derivative (n, c) at parameters s (n,)."""
+        i = np.clip(np.searchsorted(self.x, s, side="right") - 1, 0, len(self.x) - 2)
+        cubic, square, linear, _ = self.c[:, i]
+        h = (s - self.x[i])[:, None]
+        third = 6.0 * cubic
+        second = third * h
+        first = (0.5 * second + 2.0 * square) * h + linear
+        return first, second + 2.0 * square, third
+
+
+@dataclass(frozen=True, slots=True)
 class Knots:
     """The samples of a path, divided into runs from standstill to standstill.
 
@@ -108,7 +145,7 @@ class Runs(Knots):
     turn: Array
     slides: Array
     kinds: tuple[Kind, ...]
-    curve: PPoly
+    curve: Cubics
     axes: tuple[int, ...]
     limits: Limits
 
@@ -120,17 +157,6 @@ class Runs(Knots):
         """The move to which the path at each parameter (n,) belongs."""
         knot = np.minimum(np.searchsorted(self.s, s), len(self.s) - 1)
         return [self.path.moves[i] for i in self.path.move[self.sample[knot]]]
-
-
-def derivatives(curve: PPoly, place: Array) -> tuple[Array, Array, Array]:
-    """First, second and third derivative (n, c) of a piecewise cubic curve at path parameters ``place`` (n,)."""
-    i = np.clip(np.searchsorted(curve.x, place, side="right") - 1, 0, len(curve.x) - 2)
-    cubic, square, linear, _ = curve.c[:, i]
-    x = (place - curve.x[i])[:, None]
-    third = 6.0 * cubic
-    second = third * x
-    first = (0.5 * second + 2.0 * square) * x + linear
-    return first, second + 2.0 * square, third
 
 
 def cut_runs(robot: Robot, path: Path, station: Station | None = None) -> Runs:
@@ -185,7 +211,7 @@ def rotation_angle(R: Array) -> Array:
     return np.arctan2(np.linalg.norm(axis, axis=1), np.trace(R, axis1=1, axis2=2) - 1.0)
 
 
-def fit_spline(s: Array, q: Array, run: Index) -> PPoly:
+def fit_spline(s: Array, q: Array, run: Index) -> Cubics:
     """Cubic splines through q (k, c) at s (k,), twice differentiable inside each run (k,), independent between runs.
 
     The slopes d solve h_i d_(i-1) + 2 (h_(i-1) + h_i) d_i + h_(i-1) d_(i+1) = 3 (h_i m_(i-1) + h_(i-1) m_i) with chord
@@ -193,7 +219,7 @@ def fit_spline(s: Array, q: Array, run: Index) -> PPoly:
     """
     k, columns = q.shape
     if k < 2:
-        return PPoly(np.zeros((4, 1, columns)), np.array([0.0, 1.0]))
+        return Cubics(np.zeros((4, 1, columns)), np.array([0.0, 1.0]))
     h = np.diff(s)
     inside = np.diff(run) == 0
     slope = np.where(inside[:, None], np.diff(q, axis=0) / h[:, None], 0.0)
@@ -208,9 +234,8 @@ def fit_spline(s: Array, q: Array, run: Index) -> PPoly:
     diagonal[i], upper[i], right[i] = np.where(lone[i], 2.0, 1.0), 1.0, np.where(lone[i], 3.0, 2.0)[:, None] * slope[i]
     i = np.flatnonzero(tail)
     lower[i], right[i] = 1.0, 2 * slope[i - 1]
-    banded = np.stack([np.append(0.0, upper[:-1]), diagonal, np.append(lower[1:], 0.0)])
-    d = solve_banded((1, 1), banded, right)
+    d = dgtsv(lower[1:], diagonal, upper[:-1], right)[3]
     d0, d1, width = np.where(inside[:, None], d[:-1], 0.0), np.where(inside[:, None], d[1:], 0.0), h[:, None]
     cubic = (d0 + d1 - 2 * slope) / width**2
     square = (3 * slope - 2 * d0 - d1) / width
-    return PPoly(np.stack([cubic, square, d0, q[:-1]]), s)
+    return Cubics(np.stack([cubic, square, d0, q[:-1]]), s)
