@@ -216,7 +216,7 @@ def _move(
     without = partial(_without_errors, reach=reach, options=options)
     events, motion, more = read_runnable(model, events, options, without)
     findings += more if options.allow_partial else with_way_out(events, more)
-    reasons = any(e.reason is not None and not e.statement.source.read_only for e in events)
+    reasons = any([e.reason is not None and not e.statement.source.read_only for e in events])
     lost = motion is None or (reasons and all(move.T_work_tcp is None for move in motion.moves))
     reach = Reach(program, events, options.scope)
     return _Task(program, events, model, options, None if lost else motion, reach, measured), findings

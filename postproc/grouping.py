@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Hashable, Iterable
 from operator import attrgetter
 from typing import Any, TypeVar
@@ -13,10 +14,10 @@ H = TypeVar("H", bound=Hashable)
 
 def grouped(pairs: Iterable[tuple[K, V]]) -> dict[K, list[V]]:
     """Group values by key; keys and values keep the order in which they come."""
-    found: dict[K, list[V]] = {}
+    groups: defaultdict[K, list[V]] = defaultdict(list)
     for key, value in pairs:
-        found.setdefault(key, []).append(value)
-    return found
+        groups[key].append(value)
+    return dict(groups)
 
 
 def closure(start: Iterable[H], more: Callable[[H], Iterable[H]]) -> set[H]:

@@ -107,7 +107,7 @@ def mounts_of(moves: Sequence[Move], axes: Array | None = None) -> Mounts:
     """
     T_mount_tcp = constant(np.array([m.T_mount_tcp for m in moves]).reshape(-1, 4, 4))
     stationary = np.array([m.stationary for m in moves], dtype=bool)
-    frames = list(dict.fromkeys(m.frame for m in moves))
+    frames = list(dict.fromkeys([m.frame for m in moves]))
     if not any(frames):
         return Mounts(T_mount_tcp, stationary)
     which = np.array([frames.index(m.frame) for m in moves])

@@ -55,8 +55,8 @@ def change_edits(env: SandboxedEnvironment, changes: Iterable[Change]) -> Iterat
         if change.form == "amounts":
             for edit in _amount_edits(change):
                 yield change.source, edit
-        elif (edit := _around(env, change)) is not None:
-            yield change.source, edit
+        elif (around := _around(env, change)) is not None:
+            yield change.source, around
 
 
 def _around(env: SandboxedEnvironment, change: Change) -> Edit | None:

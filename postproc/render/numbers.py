@@ -60,7 +60,7 @@ def written_decimals(texts: NDArray[np.bytes_]) -> NDArray[np.int64]:
 
 
 def written_like(value: float, written: int, decimals: int) -> str:
-    """Text of a number with ``decimals``, without trailing zeros if the number that it replaces has fewer, ``written``."""
+    """Text of a number with ``decimals``; without trailing zeros if that which it replaces has fewer, ``written``."""
     text = f"{value:.{decimals}f}"
     if written < decimals:
         return _shortened(text)

@@ -166,12 +166,13 @@ def _outcome(
     """
     if statement.interpolation == "none":
         return StatementOutcome(statement, "skipped", BESIDE_ARM)
-    reason = next((event.reason for event in runs if event.reason), None)
+    reasons = [event.reason for event in runs if event.reason]
+    reason = reasons[0] if reasons else None
     if not rows:
         return StatementOutcome(
             statement, "skipped", reason or (OUT_OF_REACH if runs else "the program never gets here")
         )
-    residual = 1e3 * max(float(after.goal_distance[i]) for i in rows)
+    residual = 1e3 * float(after.goal_distance[rows].max())
     if statement.interpolation == "absjoint":
         return StatementOutcome(statement, "unchanged", JOINT_TARGET, 0.0, round(residual, 5))
     refused = plan.left.get(statement.key)
@@ -179,7 +180,8 @@ def _outcome(
         status: Status = "unchanged" if statement.key in plan.unasked else "skipped"
         why = f"{refused}: in one of its runs {reason}" if reason and status == "skipped" else refused
         return StatementOutcome(statement, status, why, 0.0, round(residual, 5))
-    shift, angle = 1e3 * max(float(shifts[i, 0]) for i in rows), max(float(shifts[i, 1]) for i in rows)
+    shift, angle = shifts[rows].max(axis=0).tolist()
+    shift *= 1e3
     if shift < UNCHANGED_MM and angle < UNCHANGED_RAD:
         why = "the correction is below the last decimal"
         return StatementOutcome(statement, "unchanged", why, round(shift, 5), round(residual, 5))

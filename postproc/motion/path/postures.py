@@ -14,7 +14,7 @@ from postproc.motion.findings import place
 from postproc.motion.mounts import Mounts
 from postproc.motion.values import Flags, stretches
 from postproc.rapid.data.events import MotionEvent
-from postproc.rapid.data.records import JointTarget, RobTarget
+from postproc.rapid.data.records import JointTarget
 from postproc.rapid.motions.units import target_matrices
 from postproc.robot.arm import Robot
 from postproc.robot.inverse import UnreachedPose, beyond_limits, joint_solution, nearest_solution
@@ -38,11 +38,12 @@ def goal_joints(
     q = np.full((len(known), 6), np.nan)
     T = np.full((len(known), 4, 4), np.nan)
     conf = np.zeros((len(known), 4), dtype=np.int64)
-    for row, i in enumerate(known):
-        target = events[i].target
+    targets = [events[i].target for i in known]
+    for row, target in enumerate(targets):
         if isinstance(target, JointTarget):
             q[row] = np.radians(target.robax)
-        elif isinstance(target, RobTarget):
+        else:
+            assert target is not None
             conf[row] = target.robconf
     failures = beyond_limits(robot, q)
     posed = np.flatnonzero(np.isnan(q[:, 0]))

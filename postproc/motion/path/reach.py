@@ -45,7 +45,7 @@ def another_arm(robot: Robot, runs: Reached) -> list[Diagnostic]:
     Args:
         runs: executions, each with the code of the finding that keeps the arm from making it, or None.
     """
-    if not any(code for _, code in runs):
+    if not any([code for _, code in runs]):
         return []
     targets: dict[Hashable, set[str | None]] = {}
     for e, code in runs:

@@ -8,7 +8,7 @@ import numpy as np
 
 from postproc.diagnostics import Diagnostic, Severity
 from postproc.motion.findings import place
-from postproc.rapid.data.events import MotionEvent
+from postproc.rapid.data.events import InForce, MotionEvent
 from postproc.rapid.data.records import LoadData, ToolData
 from postproc.rapid.evaluation.state import NO_MASS
 from postproc.robot.arm import Robot
@@ -29,10 +29,14 @@ def doubt_weights(robot: Robot, events: Sequence[MotionEvent]) -> list[Diagnosti
         weight (info), a load above what the arm carries, or a centre of gravity in the flange or far from it (warning).
     """
     findings: list[Diagnostic] = []
-    seen: set[tuple[ToolData, LoadData]] = set()
+    weights: set[tuple[ToolData, LoadData]] = set()
+    conditions: set[InForce] = set()  # by identity: tool and load are long to compare, and most motions share them
     for event in events:
-        if event.reason is None and event.target is not None and (event.tool, event.gripload) not in seen:
-            seen.add((event.tool, event.gripload))
+        if event.in_force in conditions or event.reason is not None or event.target is None:
+            continue
+        conditions.add(event.in_force)
+        if (event.tool, event.gripload) not in weights:
+            weights.add((event.tool, event.gripload))
             findings += _doubts(robot, event)
     return findings
 

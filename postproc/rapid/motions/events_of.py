@@ -131,7 +131,7 @@ class EventMaker:
         """
         shape = statement.shape
         signature, roles = shape.signature, shape.roles
-        target: RobTarget | JointTarget | Unknown = Unknown(Kind.NO_TARGET)
+        target: RobTarget | JointTarget | Unknown
         via: RobTarget | Unknown | None = None
         origin, via_origin = RUNTIME, None
         if signature.why_not and "to" not in signature.roles:
@@ -143,6 +143,8 @@ class EventMaker:
             target, origin = read(statement.source, statement.span_of("to"), memory)
             if "via" in roles and not signature.jointed:
                 via, via_origin = self.targets.robtarget(statement.source, statement.span_of("via"), memory)
+        else:
+            target = Unknown(Kind.NO_TARGET)
         for place, role in ((target, "to"), (via, "via")):
             if isinstance(place, Unknown):
                 self.missing.explain(place, statement.argument(role), statement, found)
