@@ -32,7 +32,7 @@ def seldom_collecting() -> Iterator[None]:
         gc.set_threshold(*before)
 
 
-class _Package(ModuleType):
+class _LatePackage(ModuleType):
     """A package whose modules can be imported by themselves, and which is run when anything else of it is asked for.
 
     ``importlib.util.LazyLoader`` would run it for its path, hence with each of its modules.
@@ -50,7 +50,7 @@ class _Package(ModuleType):
 
     def _run(self) -> None:
         with _RUNNING:
-            if type(self) is _Package:
+            if type(self) is _LatePackage:
                 self.__class__ = cast(Any, ModuleType)
                 assert self.__spec__ is not None and self.__spec__.loader is not None
                 self.__spec__.loader.exec_module(self)
@@ -70,7 +70,7 @@ def spare_scipy() -> None:
             parent, _, child = name.rpartition(".")
             spec = find_spec(name)
             assert spec is not None and spec.submodule_search_locations is not None
-            package = _Package(name)
+            package = _LatePackage(name)
             package.__spec__, package.__loader__, package.__file__ = spec, spec.loader, spec.origin
             package.__path__, package.__package__ = spec.submodule_search_locations, name
             sys.modules[name] = package
@@ -88,7 +88,7 @@ def spare_scipy() -> None:
                 delattr(numpy, name)
 
 
-class _Name:
+class _LateName:
     """A class or function of a module that is imported when the name is first used."""
 
     def __init__(self, module: str, name: str) -> None:
@@ -105,13 +105,13 @@ class _Name:
         return getattr(self._value(), name)
 
 
-class _Names(ModuleType):
-    """A module of which every name is a ``_Name``."""
+class _LateModule(ModuleType):
+    """A module of which every name is a ``_LateName``."""
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
             raise AttributeError(name)
-        return _Name(self.__name__, name)
+        return _LateName(self.__name__, name)
 
 
 @contextmanager
@@ -120,7 +120,7 @@ def putting_off(*names: str) -> Iterator[None]:
 
     What it takes from them is imported when it is first called. Modules that are loaded already are left as they are.
     """
-    spared = {name: _Names(name) for name in names if name not in sys.modules}
+    spared = {name: _LateModule(name) for name in names if name not in sys.modules}
     for name, module in spared.items():
         parent, _, child = name.rpartition(".")
         if parent in spared:

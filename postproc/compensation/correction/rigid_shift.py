@@ -22,10 +22,10 @@ from postproc.arrays import Array, invert
 from postproc.compensation.correction.curve import shifted
 from postproc.compensation.correction.inverse import command
 from postproc.compensation.path.motion import Motion
-from postproc.compensation.path.samples import Samples
 from postproc.diagnostics import Diagnostic, did_you_mean, joined
 from postproc.grouping import grouped
 from postproc.model.arm import Model
+from postproc.motion.path.samples import Samples
 from postproc.motion.values import Flags, Index, Move
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.data.records import WobjData

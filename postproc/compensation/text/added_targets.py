@@ -17,7 +17,6 @@ from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.compensation.correction.fewest_targets import Pieces
-from postproc.compensation.path.samples import follow
 from postproc.compensation.text.insertions import insertion_of, small_zone
 from postproc.compensation.text.laws import Allowed, constant_law, nearest_law
 from postproc.compensation.text.path_points import (
@@ -36,6 +35,7 @@ from postproc.compensation.text.values import Change, Conf, Insertion, TargetVal
 from postproc.diagnostics import PostprocError
 from postproc.grouping import grouped
 from postproc.motion.path.places import axes_between
+from postproc.motion.path.postures import follow
 from postproc.motion.path.refusals import STILL
 from postproc.rapid.data.events import MotionEvent, Origin
 from postproc.rapid.data.records import RobTarget

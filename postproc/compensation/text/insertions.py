@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 
-from postproc.compensation.path.samples import Samples
 from postproc.compensation.text.values import Insertion, TargetValue
+from postproc.motion.path.samples import Samples
 from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey
 from postproc.rapid.flow.arrivals import Arrivals, only
 from postproc.rapid.program.program import Program
@@ -85,7 +85,7 @@ class DivisibleMoves:
 
     def __init__(self, events: Sequence[MotionEvent], samples: Samples, arrivals: Arrivals) -> None:
         self.moves, self.arrivals = samples.moves, arrivals
-        self.aside = frozenset(samples.turned_aside().tolist())
+        self.aside = frozenset(samples.unevenly_turned().tolist())
         self.unresolved = _unresolved_starts(events, (move.row for move in self.moves if not move.first))
         self._asked: dict[int, str] = {}
 

@@ -14,9 +14,7 @@ from postproc.motion.findings import once, place
 from postproc.motion.mounts import Mounts
 from postproc.motion.path.places import NOWHERE, unit_of
 from postproc.motion.path.postures import goal_joints, supposed_start
-from postproc.motion.path.reach import another_arm, only_displaced
-from postproc.motion.path.refusals import refuse_events
-from postproc.motion.path.weights import doubt_weights
+from postproc.motion.path.refusals import another_arm, doubt_weights, only_displaced, refuse_events
 from postproc.motion.values import Move, WorkFrame, frames_at
 from postproc.rapid.data.events import InForce, MotionEvent
 from postproc.rapid.data.records import RobTarget
@@ -71,7 +69,9 @@ def read_moves(
     another = another_arm(robot, runs)
     spared = only_displaced(runs) if not another else ()
     wrong = [(i, _left_alone(d, DISPLACED) if events[i].statement.key in spared else d) for i, d in wrong]
-    wrong += [(i, _never_arrives(events[i])) for i in known if endless and events[i].in_force in endless]
+    for i in [i for i in known if endless and events[i].in_force in endless]:
+        text = "the programmed speed is zero or negative: the arm would never arrive"
+        wrong.append((i, Diagnostic("MOT006", "error", text, *place(events[i], "speed"), "give a speed above zero")))
     bad = {i for i, _ in wrong} | astray | {i for i, _ in refused if events[i].unreachable}
     findings = [_left_alone(d, LOOSE) if events[i].unreachable else d for i, d in (*refused, *wrong)]
     findings += [finding for _, finding in beyond]
@@ -86,7 +86,9 @@ def read_moves(
         e = events[i]
         if i in bad:
             continue
-        broken = e.first or not moves or (previous + 1 < i and any(map(_moves_arm, events[previous + 1 : i])))
+        broken = e.first or not moves
+        if not broken and previous + 1 < i:  # a motion between the two that is not understood, or has an error
+            broken = any(e.statement.interpolation != "none" or e.reason is not None for e in events[previous + 1 : i])
         kind, (frame, axes) = e.statement.interpolation, places[row]
         assert kind != "none"
         via = via_matrix(e) if kind == "arc" and e.via is not None else None
@@ -167,17 +169,6 @@ def _left_alone(finding: Diagnostic, why: str) -> Diagnostic:
     if finding.severity != "error":
         return finding
     return replace(forgiven(finding), message=f"{finding.message}; it is left as it is: {why}")
-
-
-def _never_arrives(e: MotionEvent) -> Diagnostic:
-    """MOT006, an error at the speed argument: the programmed speed is zero or negative."""
-    text = "the programmed speed is zero or negative: the arm would never arrive"
-    return Diagnostic("MOT006", "error", text, *place(e, "speed"), "give a speed above zero")
-
-
-def _moves_arm(event: MotionEvent) -> bool:
-    """Whether an event moves the arm, or may do so because it is not understood."""
-    return event.statement.interpolation != "none" or event.reason is not None
 
 
 def _conditions(e: InForce) -> dict[str, Any]:

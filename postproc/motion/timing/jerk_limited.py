@@ -10,8 +10,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, Matter, PostprocError
 from postproc.motion.findings import at_move
-from postproc.motion.timing.fastest import fastest
-from postproc.motion.timing.grid import Grid, lay_grid, programmed_ease, programmed_speed, smooth_speed
+from postproc.motion.timing.fastest import FASTEST, Grid, fastest, lay_grid, programmed_ease, programmed_speed
 from postproc.motion.timing.inertia import inertial_torque
 from postproc.motion.timing.spline import Cubics, Knots, Runs
 from postproc.motion.timing.timelaw import TimeLaw, evaluate, time_law, times_at
@@ -132,7 +131,10 @@ def limited_law(robot: Robot, runs: Runs, gravity: Array) -> TimeLaw:
     if runs.count == 0:
         return time_law(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0), window)
     stated = programmed_speed(runs), programmed_ease(runs)
-    grid = lay_grid(runs, np.minimum(stated[0], smooth_speed(runs)), stated[1], window)
+    # Where the curvature of the path alone uses half of a joint's jerk limit: |q'''| s_dot^3, constant between knots.
+    jerk = (np.abs(6 * runs.curve.c[0]) / runs.limits.jerk).max(axis=1)
+    smooth = np.cbrt(0.5 / np.maximum(jerk, 0.5 / FASTEST**3))
+    grid = lay_grid(runs, np.minimum(stated[0], smooth), stated[1], window)
 
     def solve(part: Grid) -> tuple[Array, int | None]:
         """Fastest speeds (g,) [m/s] on a part of the grid, and the point where there is no way on."""

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.motion.path.samples import starts_chain
-from postproc.motion.values import Flags, Index, Move, Path
+from postproc.motion.path.samples import Samples
+from postproc.motion.values import Flags, Index, Move
 from postproc.robot.arm import Robot
 from postproc.robot.cells.cell import LETTERS, Joint, Kind
 from postproc.robot.cells.station import Station
@@ -38,13 +38,6 @@ class Limits:
     speed: Array
     acceleration: Array
     jerk: Array
-
-
-def axes_that_move(path: Path, station: Station | None) -> dict[int, Joint]:
-    """The external axes whose known positions change along a path, by their index 0 to 5 (eax_a to eax_f)."""
-    found = {LETTERS.index(letter): joint for letter, joint in (station.joints if station else {}).items()}
-    known = {k: path.axes[np.isfinite(path.axes[:, k]), k] for k in found}
-    return {k: found[k] for k in sorted(found) if len(known[k]) and np.ptp(known[k]) > STILL}
 
 
 def _known(column: Array) -> Array:
@@ -140,7 +133,7 @@ class Runs(Knots):
         limits: of the joints and of these axes.
     """
 
-    path: Path
+    path: Samples
     travel: Array
     turn: Array
     slides: Array
@@ -159,7 +152,7 @@ class Runs(Knots):
         return [self.path.moves[i] for i in self.path.move[self.sample[knot]]]
 
 
-def cut_runs(robot: Robot, path: Path, station: Station | None = None) -> Runs:
+def cut_runs(robot: Robot, path: Samples, station: Station | None = None) -> Runs:
     """Divide a path at its stops and lay splines of the joint angles over the travel in each run.
 
     The parameter grows by the root of the sum of squares of TCP travel, reorientation (at a radius of 30 mm), joint
@@ -170,13 +163,17 @@ def cut_runs(robot: Robot, path: Path, station: Station | None = None) -> Runs:
         station: states the external axes that move along with the joints.
     """
     n = len(path.q)
-    travel = np.diff(path.s)
+    travel = np.diff(path.way())
     R = path.T_work_tcp[:, :3, :3]
-    turn = rotation_angle(np.swapaxes(R[:-1], 1, 2) @ R[1:])
+    R = np.swapaxes(R[:-1], 1, 2) @ R[1:]  # from sample to sample; the arc tangent is accurate where they are small
+    axis = np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=1)
+    turn = np.arctan2(np.linalg.norm(axis, axis=1), np.trace(R, axis1=1, axis2=2) - 1.0)
     # A change of tool turns the TCP frame, not the arm.
-    same = path.mounts[:-1].same(path.mounts[1:])
-    turn = np.where(same, turn, 0.0)
-    moving = axes_that_move(path, station)
+    mounts = path.mounts_at(slice(None))
+    turn = np.where(mounts[:-1].same(mounts[1:]), turn, 0.0)
+    joints_of_axes = {LETTERS.index(x): joint for x, joint in (station.joints if station else {}).items()}
+    known = {k: path.axes[np.isfinite(path.axes[:, k]), k] for k in joints_of_axes}
+    moving = {k: joints_of_axes[k] for k in sorted(known) if len(known[k]) and np.ptp(known[k]) > STILL}
     share = np.where([joint.kind == "linear" for joint in moving.values()], 1.0, JOINT_ARM)
     axes = np.reshape([_known(path.axes[:, k]) for k in moving], (len(moving), n)).T
     slides = np.abs(np.diff(axes, axis=0))
@@ -186,7 +183,7 @@ def cut_runs(robot: Robot, path: Path, station: Station | None = None) -> Runs:
     )
     rest = np.zeros(n, dtype=bool)
     rest[path.goal[path.stop]] = True
-    live = (step > STILL) & ~starts_chain(path.moves, path.move)[1:]
+    live = (step > STILL) & ~path.starts_chain()[1:]
     begins = live & (rest[:-1] | ~np.append(False, live[:-1]))
     left = np.flatnonzero(live)
     of_run = np.cumsum(begins[left]) - 1
@@ -203,12 +200,6 @@ def cut_runs(robot: Robot, path: Path, station: Station | None = None) -> Runs:
     curve, limits = fit_spline(s, np.hstack([path.q, axes])[sample], run), limits_of(robot, list(moving.values()))
     kinds = tuple(joint.kind for joint in moving.values())
     return Runs(sample, run, count, s, path, travels, turns, changes, kinds, curve, tuple(moving), limits)
-
-
-def rotation_angle(R: Array) -> Array:
-    """Angles (n,) [rad] of rotation matrices (n, 3, 3), accurate also where they are small."""
-    axis = np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=1)
-    return np.arctan2(np.linalg.norm(axis, axis=1), np.trace(R, axis1=1, axis2=2) - 1.0)
 
 
 def fit_spline(s: Array, q: Array, run: Index) -> Cubics:
