@@ -156,7 +156,8 @@ def changed_confdata(
         events[i].statement.key
         for i, event in last.items()
         for now, before in ((event.target, events[i].target), (event.via, events[i].via))
-        if isinstance(now, RobTarget) and isinstance(before, RobTarget) and now.robconf != before.robconf
+        if now is not None and isinstance(now, RobTarget) and isinstance(before, RobTarget)
+        if now.robconf != before.robconf
     )
 
 

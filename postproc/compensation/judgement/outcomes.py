@@ -70,8 +70,10 @@ def judge_statements(
     moves = {move.row: i for i, move in enumerate(plan.motion.moves)}
     runs = executions_of(events)
     passing = in_transition(plan, after)
-    worst, shifts = after.largest_of_moves(after.space & after.steady & ~passing), correction_sizes(plan)
+    worst = after.largest_of_moves(after.space & after.steady & ~passing)
+    sizes = np.column_stack([after.goal_distance, correction_sizes(plan)]).tolist()
     at_goal = np.where(after.goal_steady & ~for_the_next(plan), after.goal_distance, 0.0)
+    beyond = ((worst > path) | (at_goal > goal)).tolist()
     outcomes: list[StatementOutcome] = []
     findings: list[Diagnostic] = []
     own = own_moves(plan)
@@ -80,7 +82,7 @@ def judge_statements(
         rows = [moves[i] for i in indices if i in moves and own[moves[i]]]
         if not statement.source.read_only:
             every = [moves[i] for i in indices if i in moves]
-            outcome = _outcome(statement, [events[i] for i in indices], every, plan, after=after, shifts=shifts)
+            outcome = _outcome(statement, [events[i] for i in indices], every, plan, sizes)
             if outcome.status == "skipped" and statement.key in on_controller:
                 outcome = replace(outcome, status="run_time", shift_mm=None, edited="function")
             outcomes.append(outcome)
@@ -92,7 +94,7 @@ def judge_statements(
                     first = next((set_first(events[i].unknowns) for i in indices if events[i].reason), None)
                     findings.append(_left(statement, text, first or BESIDE))
                 continue
-        over = [i for i in rows if worst[i] > path[i] or at_goal[i] > goal[i]]
+        over = [i for i in rows if beyond[i]]
         if over:
             farthest = max(over, key=lambda i: max(worst[i], at_goal[i]))
             on_the_way = worst[farthest] > path[farthest] and worst[farthest] > at_goal[farthest]
@@ -152,17 +154,14 @@ def _outcome(
     runs: Sequence[MotionEvent],
     rows: Sequence[int],
     plan: CorrectionPlan,
-    *,
-    after: Deviation,
-    shifts: Array,
+    sizes: Sequence[Sequence[float]],
 ) -> StatementOutcome:
     """What has become of a statement: status, reason, size of the correction and remaining error [mm].
 
     Args:
         runs: its executions.
         rows: indices of the moves that they make.
-        after: deviation of the written program.
-        shifts: (m, 2) correction at the goals of all moves [m], [rad].
+        sizes: (m, 3) at the goals of all moves: what remains [m], the correction [m], [rad].
     """
     if statement.interpolation == "none":
         return StatementOutcome(statement, "skipped", BESIDE_ARM)
@@ -172,7 +171,8 @@ def _outcome(
         return StatementOutcome(
             statement, "skipped", reason or (OUT_OF_REACH if runs else "the program never gets here")
         )
-    residual = 1e3 * float(after.goal_distance[rows].max())
+    residual, shift, angle = sizes[rows[0]] if len(rows) == 1 else map(max, zip(*[sizes[i] for i in rows], strict=True))
+    residual, shift = 1e3 * residual, 1e3 * shift
     if statement.interpolation == "absjoint":
         return StatementOutcome(statement, "unchanged", JOINT_TARGET, 0.0, round(residual, 5))
     refused = plan.left.get(statement.key)
@@ -180,8 +180,6 @@ def _outcome(
         status: Status = "unchanged" if statement.key in plan.unasked else "skipped"
         why = f"{refused}: in one of its runs {reason}" if reason and status == "skipped" else refused
         return StatementOutcome(statement, status, why, 0.0, round(residual, 5))
-    shift, angle = shifts[rows].max(axis=0).tolist()
-    shift *= 1e3
     if shift < UNCHANGED_MM and angle < UNCHANGED_RAD:
         why = "the correction is below the last decimal"
         return StatementOutcome(statement, "unchanged", why, round(shift, 5), round(residual, 5))

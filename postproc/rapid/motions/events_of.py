@@ -145,11 +145,18 @@ class EventMaker:
                 via, via_origin = self.targets.robtarget(statement.source, statement.span_of("via"), memory)
         else:
             target = Unknown(Kind.NO_TARGET)
-        for place, role in ((target, "to"), (via, "via")):
-            if isinstance(place, Unknown):
-                self.missing.explain(place, statement.argument(role), statement, found)
-                reasons.append(place)
+        goal, middle = None, None
+        if isinstance(target, Unknown):
+            self.missing.explain(target, statement.argument("to"), statement, found)
+            reasons.append(target)
+        else:
+            goal = target
+        if isinstance(via, Unknown):
+            self.missing.explain(via, statement.argument("via"), statement, found)
+            reasons.append(via)
+            goal = None
+        else:
+            middle = via
         if signature.why_not and "to" in signature.roles:
             reasons.append(Unknown(Kind.UNSUPPORTED, signature.why_not))
-        known = None if isinstance(via, Unknown) else via
-        return None if isinstance(target, Unknown) or known is not via else target, origin, known, via_origin
+        return goal, origin, middle, via_origin
