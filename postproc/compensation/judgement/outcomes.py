@@ -73,10 +73,9 @@ def judge_statements(
     worst = after.largest_of_moves(after.space & after.steady & ~passing)
     sizes = np.column_stack([after.goal_distance, correction_sizes(plan)]).tolist()
     at_goal = np.where(after.goal_steady & ~for_the_next(plan), after.goal_distance, 0.0)
-    beyond = ((worst > path) | (at_goal > goal)).tolist()
+    beyond, own = ((worst > path) | (at_goal > goal)).tolist(), own_moves(plan)
     outcomes: list[StatementOutcome] = []
     findings: list[Diagnostic] = []
-    own = own_moves(plan)
     for statement in program.statements:
         indices = runs.get(statement.key, [])
         rows = [moves[i] for i in indices if i in moves and own[moves[i]]]

@@ -80,30 +80,42 @@ def read_moves(
     findings += another
 
     moves: list[Move] = []
-    of_event: dict[int, int] = {}
-    previous = -1
     for row, (i, here) in enumerate(zip(known, at_goals, strict=True)):
-        e = events[i]
-        if i in bad:
+        e, (frame, axes) = events[i], places[row]
+        kind = e.statement.interpolation
+        if i in bad or kind == "none":
             continue
-        broken = e.first or not moves
-        if not broken and previous + 1 < i:  # a motion between the two that is not understood, or has an error
-            broken = any(e.statement.interpolation != "none" or e.reason is not None for e in events[previous + 1 : i])
-        kind, (frame, axes) = e.statement.interpolation, places[row]
-        assert kind != "none"
         via = via_matrix(e) if kind == "arc" and e.via is not None else None
         goal = T_work_tcp[row] if isinstance(e.target, RobTarget) else None
-        move = Move(i, e, kind, q[row], T_work_tcp=goal, T_work_via=via, first=broken, frame=frame, axes=axes, **here)
+        moves.append(Move(i, e, kind, q[row], T_work_tcp=goal, T_work_via=via, frame=frame, axes=axes, **here))
+    return _chained(events, moves), once(findings)
+
+
+def _chained(events: Sequence[MotionEvent], moves: Sequence[Move]) -> list[Move]:
+    """The moves, with the first of every chain marked.
+
+    A motion between two moves that is not understood, or has an error, breaks their chain. A move that restates the
+    goal of an earlier one (``resumes_from``) becomes that one again; it is left out where that one is.
+    """
+    chained: list[Move] = []
+    of_event: dict[int, int] = {}
+    previous = -1
+    for move in moves:
+        i, e = move.row, move.event
+        broken = e.first or not chained
+        if not broken and previous + 1 < i:
+            broken = any(e.statement.interpolation != "none" or e.reason is not None for e in events[previous + 1 : i])
         if e.resumes_from is not None:
             if e.resumes_from not in of_event:
                 continue  # nothing brings the arm there
-            move = replace(
-                moves[of_event[e.resumes_from]], row=i, event=e, first=True, resumes_from=of_event[e.resumes_from]
-            )
-        of_event[i] = len(moves)
-        moves.append(move)
+            before = of_event[e.resumes_from]
+            move = replace(chained[before], row=i, event=e, first=True, resumes_from=before)
+        elif broken:
+            move = replace(move, first=True)
+        of_event[i] = len(chained)
+        chained.append(move)
         previous = i
-    return moves, once(findings)
+    return chained
 
 
 _Place = tuple[WorkFrame | None, Array]  # what the work stands in, external axes (6,) [m], [rad]

@@ -298,17 +298,9 @@ def _examine(robot: Robot, moves: tuple[Move, ...], path: Samples, in_space: Fla
             findings.append(replace(found, matter=matter))
 
     excess = excess_of(robot, path.q)
-    low, high = np.degrees(robot.lower), np.degrees(robot.upper)
-
-    def beyond(i: int) -> str:
-        """The joint that is farthest beyond its limits at a sample, with its angle and the limits in degrees."""
-        j = int(np.argmax(excess[i]))
-        allowed = f"allowed are {round(low[j], 1):g} to {round(high[j], 1):g} deg"
-        return f"joint {j + 1} reaches {np.degrees(path.q[i, j]):.1f} deg on the way, {allowed}"
-
     report(
         np.flatnonzero(excess.max(axis=1) > 0.0), "MOT002", "error",
-        beyond,
+        lambda i: _limit_message(robot, path.q[i], int(np.argmax(excess[i]))),
         "give the target another configuration, or pass the place another way",
         "give this target, or the one before it, other joint angles, or pass another target between them",
     )  # fmt: skip
@@ -321,12 +313,6 @@ def _examine(robot: Robot, moves: tuple[Move, ...], path: Samples, in_space: Fla
     at_goal[path.goal] = path.stop
     missed = at_goal & in_space & monitored[path.move] & (np.abs(path.q - q_goal).max(axis=1) > _GOAL_MISS)
 
-    def other_posture(i: int) -> str:
-        """The joint that is farthest from what the goal states, with both angles in degrees."""
-        j = int(np.argmax(np.abs(path.q[i] - q_goal[i])))
-        arrives, wanted = np.degrees(path.q[i, j]), np.degrees(q_goal[i, j])
-        return f"the arm arrives in another configuration: joint {j + 1} at {arrives:.0f}, not at {wanted:.0f} deg"
-
     report(
         np.flatnonzero(jump), "MOT003", "error",
         lambda i: f"joint {np.argmax(step[i]) + 1} would turn by {np.degrees(step[i].max()):.0f} deg at once",
@@ -335,17 +321,28 @@ def _examine(robot: Robot, moves: tuple[Move, ...], path: Samples, in_space: Fla
     )  # fmt: skip
     report(
         np.flatnonzero(missed), "MOT004", "error",
-        other_posture,
+        lambda i: _missed_message(path.q[i], q_goal[i]),
         "correct the target's configuration data, or reach it with a joint move",
     )  # fmt: skip
-    singular = (
-        in_space
-        & (np.abs(np.sin(path.q[:, 4])) < np.sin(_NEAR_SINGULAR))
-        & (step[:, [3, 5]].max(axis=1) > OF_WAYS.turn)
-    )
+    turning = step[:, [3, 5]].max(axis=1) > OF_WAYS.turn
+    singular = in_space & (np.abs(np.sin(path.q[:, 4])) < np.sin(_NEAR_SINGULAR)) & turning
     report(
         np.flatnonzero(singular), "MOT005", "warning",
         lambda i: f"the path passes the wrist singularity (axis 5 at {np.degrees(path.q[i, 4]):.2f} deg)",
         "expect a slow-down there; turn the tool a few degrees to stay clear of it",
     )  # fmt: skip
     return findings
+
+
+def _limit_message(robot: Robot, q: Array, joint: int) -> str:
+    """Text of MOT002: angle of a joint (0 to 5) in posture q (6,) [rad] and the limits of it, in degrees."""
+    low, high = np.degrees(robot.lower[joint]), np.degrees(robot.upper[joint])
+    allowed = f"allowed are {round(low, 1):g} to {round(high, 1):g} deg"
+    return f"joint {joint + 1} reaches {np.degrees(q[joint]):.1f} deg on the way, {allowed}"
+
+
+def _missed_message(q: Array, q_goal: Array) -> str:
+    """Text of MOT004: the joint farthest from its goal; q, q_goal: (6,) joint angles reached and wanted [rad]."""
+    j = int(np.argmax(np.abs(q - q_goal)))
+    arrives, wanted = np.degrees(q[j]), np.degrees(q_goal[j])
+    return f"the arm arrives in another configuration: joint {j + 1} at {arrives:.0f}, not at {wanted:.0f} deg"
