@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 from jinja2.sandbox import SandboxedEnvironment
 
+from postproc.arrays import blocks
 from postproc.compensation.text.expressions import amounts_of
 from postproc.compensation.text.insertions import CARRIED
 from postproc.compensation.text.laws import OffsetLaw
@@ -50,7 +51,9 @@ def change_edits(env: SandboxedEnvironment, changes: Iterable[Change]) -> Iterat
     displacement is put.
     """
     changes = tuple(changes)
-    yield from _number_edits([change for change in changes if change.form == "numbers"])
+    numbers = [change for change in changes if change.form == "numbers"]
+    for part in blocks(len(numbers)):  # a match of a target takes kilobytes
+        yield from _number_edits(numbers[part])
     for change in (change for change in changes if change.form != "numbers"):
         if change.form == "amounts":
             for edit in _amount_edits(change):
@@ -135,8 +138,6 @@ def _number_edits(changes: Sequence[Change]) -> Iterator[tuple[Source, Edit]]:
     stays as it is written.
     """
     literals = [_literal(change) for change in changes]
-    if not literals:
-        return
     before = np.array([numbers_of(found)[:11] for found in literals])
     after = np.array([(*v.pose.trans, *v.pose.rot, *v.robconf) for v in (change.value for change in changes)])
     size = np.array([math.hypot(*row) for row in before[:, 3:7].tolist()])[:, None]

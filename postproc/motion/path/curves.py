@@ -116,8 +116,7 @@ def build_curves(robot: Robot, moves: tuple[Move, ...]) -> Curves:
     chord = T_end[:, :3, 3] - T_start[:, :3, 3]
     R_start = T_start[:, :3, :3]
     turn = Rotation.from_matrix(R_start.transpose(0, 2, 1) @ T_end[:, :3, :3]).as_rotvec()
-    in_joints = {now: bool(now.options.get("wrist_in_joints")) for now in {move.event.in_force for move in moves}}
-    wrist = np.array([in_joints[move.event.in_force] for move in moves]) & ~joint & ~first
+    wrist = np.array([bool(move.event.options.get("wrist_in_joints")) for move in moves]) & ~joint & ~first
     q_bend = np.zeros((m, 6)) if wrist.any() else np.broadcast_to(0.0, (m, 6))
     rows = np.flatnonzero(arc)
     center, radial, tangent = np.zeros((3, m, 3)) if len(rows) else np.broadcast_to(0.0, (3, m, 3))
