@@ -162,7 +162,7 @@ def _move(draft: Draft) -> Draft:
     model, findings = applicable_model(draft.model, draft.events, draft.options)
     events, motion, further = read_runnable(model, draft.events, draft.options, draft.unsure)
     draft = replace(draft, events=events, model=model).with_findings([*findings, *further])
-    reasons = any(e.reason is not None and not e.statement.source.read_only for e in events)
+    reasons = any([e.reason is not None and not e.statement.source.read_only for e in events])
     lost = motion is None or (reasons and all(move.T_work_tcp is None for move in motion.moves))
     return replace(draft, motion=None if lost else motion)
 

@@ -1,4 +1,4 @@
-"""How a process works: what is loaded with scipy, and how often garbage is looked for."""
+"""How a process works: what is imported, and how often garbage is looked for."""
 
 from __future__ import annotations
 
@@ -12,20 +12,40 @@ from postproc.process import COLLECT, seldom_collecting
 
 LOADING = """
 import sys
-from postproc.process import load_scipy
-load_scipy()
-import postproc.convert
-assert "numpy.f2py" not in sys.modules, "a Fortran compiler is loaded"
-import numpy
+from postproc.process import spare_scipy
+spare_scipy()
+import postproc.convert, postproc.motion.timing.constraints
+spared = ("numpy.f2py", "matplotlib", "scipy.interpolate", "scipy.optimize", "scipy.sparse", "scipy.special")
+assert not [name for name in spared if name in sys.modules]
+import numpy, scipy
 numpy.testing.assert_allclose(1.0, 1.0)
 assert numpy.f2py.__name__ == "numpy.f2py"
-load_scipy()
+spare_scipy()
 assert numpy.testing.__name__ == "numpy.testing"
+from scipy.spatial.transform import Rotation, RotationSpline
+from scipy.spatial import KDTree, distance
+assert Rotation is scipy.spatial.transform.Rotation
+assert "solve" in dir(scipy.linalg) and scipy.constants.g == 9.80665
+assert KDTree([[0.0, 0], [1, 1]]).query([0.9, 1])[1] == 1
+"""
+PLOTTING = """
+import sys
+import postproc.convert, postproc.motion.timing.constraints
+assert "matplotlib" not in sys.modules
+import matplotlib, matplotlib.pyplot, numpy, toppra
+matplotlib.use("Agg")
+assert matplotlib.pyplot.figure().axes == []
+toppra.algorithm.algorithm.plt.plot([0, 1])
+assert len(matplotlib.pyplot.gca().lines) == 1
+path = toppra.SplineInterpolator([0, 1, 2], [[0.0], [1], [4]])
+assert path(1.0).tolist() == [1.0] and path(1.0, 1).shape == (1,)
+assert toppra.SimplePath(numpy.arange(2.0), numpy.ones((2, 1))).dof == 1
 """
 
 
-def test_scipy_comes_without_a_compiler_that_numpy_still_has() -> None:
-    subprocess.run([sys.executable, "-c", LOADING], check=True)
+@pytest.mark.parametrize("program", [LOADING, PLOTTING])
+def test_what_is_put_off_comes_when_it_is_asked_for(program: str) -> None:
+    subprocess.run([sys.executable, "-c", program], check=True)
 
 
 def test_thresholds_are_put_back() -> None:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from postproc.batch.values import MEASURED, Job, TaskRecord, failed, module_place
 from postproc.diagnostics import Diagnostic, Matter, PostprocError
-from postproc.process import THREADS, load_scipy
+from postproc.process import THREADS, spare_scipy
 
 if TYPE_CHECKING:
     from postproc.compensation.conversion import Conversion
@@ -59,7 +59,7 @@ def convert(job: Job) -> tuple[TaskRecord, Mapping[str, bytes]]:
     Returns:
         What became of it, and its files by path in the tree.
     """
-    load_scipy()
+    spare_scipy()
     from postproc.runtime.passes import correct_program
 
     try:

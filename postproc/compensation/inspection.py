@@ -131,7 +131,7 @@ def inspect_program(
     followed = walk_program(program)
     events = place_events(followed.events, station or Station())
     moves, unreachable = read_moves(robot, events, options.free_axes, station)
-    path, on_the_way = sample_path(robot, moves)
+    path, on_the_way = sample_path(robot, moves) if moves else (None, [])
     at = {move.row: i for i, move in enumerate(moves)}
     seen = _postures(robot, moves)
     runs = executions_of(events)
@@ -145,7 +145,7 @@ def inspect_program(
     findings = (*program.diagnostics, *followed.diagnostics, *measured.values(), *unreachable, *on_the_way)
     first = moves[0].event.statement.key if moves else None
     start = next((row for row in rows if row.statement.key == first), None)
-    return Inspection(tuple(rows), findings, start, nearest_to(robot, path))
+    return Inspection(tuple(rows), findings, start, () if path is None else nearest_to(robot, path))
 
 
 def _decided(row: Row, outcome: StatementOutcome | None) -> Row:

@@ -6,10 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from postproc.compensation.path.samples import OTHER_POSTURE, Samples
 from postproc.compensation.plan import CorrectionPlan
 from postproc.diagnostics import Diagnostic
 from postproc.motion.findings import place
+from postproc.motion.path.postures import OTHER_POSTURE
+from postproc.motion.path.samples import Samples
 from postproc.motion.values import Flags, Index, Move
 from postproc.rapid.data.records import RobTarget
 from postproc.robot.arm import Robot

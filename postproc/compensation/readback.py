@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain
@@ -118,7 +118,7 @@ def owners_of(
         if event.resumes_from is not None:
             standing.setdefault(event.statement.key, []).append(i)
     runs = executions_of(events)
-    met: Counter[tuple[StatementKey, bool]] = Counter()
+    met: defaultdict[tuple[StatementKey, bool], int] = defaultdict(int)
     owners, order = [-1] * len(ran), list[int]()
     for j, event in enumerate(ran):
         key, own = original[event.statement.key]
@@ -154,7 +154,8 @@ def changed_confdata(
         events[i].statement.key
         for i, event in last.items()
         for now, before in ((event.target, events[i].target), (event.via, events[i].via))
-        if isinstance(now, RobTarget) and isinstance(before, RobTarget) and now.robconf != before.robconf
+        if now is not None and isinstance(now, RobTarget) and isinstance(before, RobTarget)
+        if now.robconf != before.robconf
     )
 
 
@@ -210,7 +211,7 @@ def drive(
         for e, i in zip(ran, owners, strict=True)
     ]
     nth = np.zeros(len(owners), dtype=np.int64)  # how many parts of the same move have gone before
-    gone: Counter[int] = Counter()
+    gone: defaultdict[int, int] = defaultdict(int)
     for j, i in enumerate(owners):
         nth[j] = gone[i]
         gone[i] += not stands[j]

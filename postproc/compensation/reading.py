@@ -13,13 +13,13 @@ from postproc.compensation.correction.inverse import command, rigid, told_pose
 from postproc.compensation.correction.reversals import sample_for
 from postproc.compensation.options import Options
 from postproc.compensation.path.motion import Motion, motion_of
-from postproc.compensation.path.samples import Samples
 from postproc.compensation.path.timeline import SWIFT, plan_timeline
 from postproc.compensation.seams import seam_mates
 from postproc.diagnostics import Diagnostic, Matter, PostprocError, has_errors
 from postproc.model.arm import Model
 from postproc.motion.findings import once
 from postproc.motion.path.moves import read_moves
+from postproc.motion.path.samples import Samples
 from postproc.motion.values import Move, goal_axes
 from postproc.rapid.data.events import MotionEvent, StatementKey
 from postproc.rapid.data.records import RobTarget

@@ -1,6 +1,6 @@
 """Paths, timing with toppra, inertial torques, jerk-limited smoothing with ruckig.
 
 `path`: from events to moves and their dense samples. `timing`: speeds and accelerations at the samples. `values` are
-moves, paths and trajectories, `mounts` say who holds tool and work, `findings` are placed at targets. `postures`: what
+moves, `mounts` say who holds tool and work, `findings` are placed at targets. `postures`: what
 is tight in them. `smoothing`: jumps of a correction as transitions (ruckig).
 """

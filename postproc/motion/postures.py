@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.motion.values import Path
+from postproc.motion.path.samples import Samples
 from postproc.rapid.data.events import MotionStatement
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import jacobian
@@ -37,7 +37,7 @@ class Nearest:
     statement: MotionStatement
 
 
-def nearest_to(robot: Robot, path: Path) -> tuple[Nearest, ...]:
+def nearest_to(robot: Robot, path: Samples) -> tuple[Nearest, ...]:
     """The places of a path nearest to a joint limit and, with a spherical wrist, to a wrist and an arm singularity.
 
     Empty if no sample has known joint angles.

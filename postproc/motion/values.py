@@ -1,10 +1,10 @@
-"""What the motion room gives: moves in SI units, dense paths, timed trajectories."""
+"""What the motion room works on: moves in SI units."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,11 +23,6 @@ def stretches(flags: Flags) -> list[tuple[int, int]]:
     """Begin and end [a, b) of every stretch of consecutive True."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(int)))
     return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
-
-
-def _no_axes() -> Array:
-    """Default for the external axes of a move: six NaN, not known."""
-    return np.full(6, np.nan)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,7 +86,7 @@ class Move:
     first: bool = False
     resumes_from: int | None = None
     frame: WorkFrame | None = None
-    axes: Array = field(default_factory=_no_axes)
+    axes: Array = field(default_factory=lambda: np.full(6, np.nan))
 
 
 def goal_axes(moves: Sequence[Move]) -> Array:
@@ -107,7 +102,7 @@ def mounts_of(moves: Sequence[Move], axes: Array | None = None) -> Mounts:
     """
     T_mount_tcp = constant(np.array([m.T_mount_tcp for m in moves]).reshape(-1, 4, 4))
     stationary = np.array([m.stationary for m in moves], dtype=bool)
-    frames = list(dict.fromkeys(m.frame for m in moves))
+    frames = list(dict.fromkeys([m.frame for m in moves]))
     if not any(frames):
         return Mounts(T_mount_tcp, stationary)
     which = np.array([frames.index(m.frame) for m in moves])
@@ -127,57 +122,3 @@ def frames_at(frames: Sequence[WorkFrame | None], which: Index, axes: Array) -> 
         if frame is not None and len(rows):
             T[rows] = frame.at(axes[rows])
     return T
-
-
-@dataclass(frozen=True, slots=True)
-class Path:
-    """Dense samples along consecutive moves; sample 0 is the first goal (how the arm gets there is unknown).
-
-    Args:
-        mounts: at every sample.
-        T_work_tcp: (n, 4, 4) commanded poses of the TCP on the work; q: (n, 6) nominal joint angles [rad], continuous.
-        axes: (n, 6) external axes [m], [rad].
-        move: (n,) index into moves of the segment a sample belongs to (a goal belongs to the move that reaches it).
-        u: (n,) fraction along that move in [0, 1], 1 at the goal (in a zone corner u runs through the corner).
-        s: (n,) length of the TCP's way on the work [m] (pure reorientations add nothing).
-        goal: (m,) sample index at which move i is reached (closest sample for a cut corner).
-        blend: (n,) True inside a zone corner.
-        stop: (m,) True where the arm rests at the goal of move i: fine points, ends of chains, corners without a zone.
-    """
-
-    moves: tuple[Move, ...]
-    mounts: Mounts
-    T_work_tcp: Array
-    q: Array
-    axes: Array
-    move: Index
-    u: Array
-    s: Array
-    goal: Index
-    blend: Flags
-    stop: Flags = field(default_factory=lambda: np.zeros(0, dtype=bool))
-
-
-@dataclass(frozen=True, slots=True)
-class Trajectory:
-    """A path with time, on the jerk-limited profile.
-
-    Args:
-        path: samples that the arrays below belong to.
-        t: (n,) time [s].
-        v, a: (n, 6) joint speeds and accelerations [rad/s, rad/s^2].
-        a_sustained: (n, 6) accelerations that last longer than the first natural period: what compensation uses.
-        tcp_speed: (n,) on the work [m/s].
-        profile: the path as a function of its parameter and the time law along it (``timing.Profile``).
-        axes_v, axes_a_sustained: (n, 6) speeds and lasting accelerations of the external axes [m or rad per s, s^2].
-    """
-
-    path: Path
-    t: Array
-    v: Array
-    a: Array
-    a_sustained: Array
-    tcp_speed: Array
-    profile: Any = None
-    axes_v: Array = field(default_factory=lambda: np.zeros((0, 6)))
-    axes_a_sustained: Array = field(default_factory=lambda: np.zeros((0, 6)))

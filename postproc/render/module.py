@@ -7,8 +7,10 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
 from jinja2.sandbox import SandboxedEnvironment
 
+from postproc.arrays import blocks
 from postproc.compensation.text.expressions import amounts_of
 from postproc.compensation.text.insertions import CARRIED
 from postproc.compensation.text.laws import OffsetLaw
@@ -23,7 +25,15 @@ from postproc.rapid.syntax.expressions import read_whole_expression
 from postproc.rapid.syntax.spans import literal
 from postproc.rapid.syntax.trees import Number
 from postproc.render.lines import broken, line_style
-from postproc.render.numbers import MM_DECIMALS, QUATERNION_DECIMALS, number_like, rapid_number
+from postproc.render.numbers import (
+    MM_DECIMALS,
+    POWERS,
+    QUATERNION_DECIMALS,
+    number_like,
+    rapid_number,
+    written_decimals,
+    written_like,
+)
 from postproc.render.templates import fill, load_template
 
 # What a plain move keeps of the statement it is derived from (no signals, seam data).
@@ -39,16 +49,16 @@ def change_edits(env: SandboxedEnvironment, changes: Iterable[Change]) -> Iterat
     A target of numbers gets new numbers, ``Offs`` and ``RelTool`` new amounts; around any other expression a
     displacement is put.
     """
-    for change in changes:
-        if change.form == "numbers":
-            edit = _number_edit(change)
-            if edit is not None:
-                yield change.source, edit
-        elif change.form == "amounts":
+    changes = tuple(changes)
+    numbers = [change for change in changes if change.form == "numbers"]
+    for part in blocks(len(numbers)):  # a match of a target takes kilobytes
+        yield from _number_edits(numbers[part])
+    for change in (change for change in changes if change.form != "numbers"):
+        if change.form == "amounts":
             for edit in _amount_edits(change):
                 yield change.source, edit
-        elif (edit := _around(env, change)) is not None:
-            yield change.source, edit
+        elif (around := _around(env, change)) is not None:
+            yield change.source, around
 
 
 def _around(env: SandboxedEnvironment, change: Change) -> Edit | None:
@@ -120,33 +130,43 @@ def _sums(law: OffsetLaw, text: str) -> list[str]:
     return terms
 
 
-def _number_edit(change: Change) -> Edit | None:
-    """One edit from the first number of a target that changes to the last; None if none changes."""
-    value, data = change.value, change.source.data
-    match = literal(data, *change.span)
+def _number_edits(changes: Sequence[Change]) -> Iterator[tuple[Source, Edit]]:
+    """One edit, with its file, for each target of numbers, from the first number that changes to the last.
+
+    None for a target of which no number changes when it is rounded. A quaternion that is equal once it is normalised
+    stays as it is written.
+    """
+    literals = [_literal(change) for change in changes]
+    before = np.array([numbers_of(match)[:11] for match in literals])
+    after = np.array([(*v.pose.trans, *v.pose.rot, *v.robconf) for v in (change.value for change in changes)])
+    size = np.array([math.hypot(*row) for row in before[:, 3:7].tolist()])[:, None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        turn = np.abs(before[:, 3:7] / size - after[:, 3:7]).max(axis=1)
+    changed = before != after
+    changed[turn < 0.5 * 10.0**-QUATERNION_DECIMALS, 3:7] = False  # never for a size of zero, whose turn is no number
+    written = written_decimals(np.array([match.groups()[:11] for match in literals]))
+    decimals = np.maximum(written, _DECIMALS)
+    changed &= np.abs((before - after) * POWERS[np.minimum(decimals, 308)]) >= 0.5
+    rows = np.flatnonzero(changed.any(axis=1)).tolist()
+    tables = (x[rows].tolist() for x in (changed, after, written, decimals))
+    for row, *numbers in zip(rows, *tables, strict=True):
+        source, match = changes[row].source, literals[row]
+        start = match.start()
+        old = match[0].decode("latin-1")
+        begin, end, text = -1, 0, ""
+        for (first, last), differs, value, least, most in zip(match.regs[1:12], *numbers, strict=True):
+            if differs and (new := written_like(value, least, most)) != old[first - start : last - start]:
+                text += new if begin < 0 else old[end - start : first - start] + new
+                begin, end = first if begin < 0 else begin, last
+        if text:
+            yield source, Edit(begin, end, text.encode("latin-1"))
+
+
+def _literal(change: Change) -> re.Match[bytes]:
+    """The match of a target of numbers that is changed."""
+    match = literal(change.source.data, *change.span)
     assert match is not None
-    before = numbers_of(match)
-    kept = _same_rotation(before[3:7], value.pose.rot)
-    numbers = (*value.pose.trans, *value.pose.rot, *value.robconf)
-    text, begin, end = [], -1, 0
-    for i, (number, decimals) in enumerate(zip(numbers, _DECIMALS, strict=True)):
-        if before[i] == number or (kept and 3 <= i < 7):
-            continue
-        old = match[i + 1].decode("latin-1")
-        after = number_like(old, before[i], number, decimals)
-        if after != old:
-            place = match.span(i + 1)
-            begin, end = (place[0], place[0]) if begin < 0 else (begin, end)
-            text += [data[end : place[0]], after.encode("latin-1")]
-            end = place[1]
-    return Edit(begin, end, b"".join(text)) if text else None
-
-
-def _same_rotation(before: Sequence[float], rot: Sequence[float]) -> bool:
-    """Whether a quaternion as written, once normalised, equals the wanted one to its last decimal."""
-    size = math.hypot(*before)
-    least = 0.5 * 10.0**-QUATERNION_DECIMALS
-    return size > 0 and all([abs(old / size - new) < least for old, new in zip(before, rot, strict=True)])
+    return match
 
 
 def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) -> list[tuple[Source, Edit]]:

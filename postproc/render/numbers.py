@@ -5,9 +5,14 @@ Positions are `num`, single precision: 0.00012 mm at 1 to 2 m, so three decimals
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
+
 MM_DECIMALS = 3
 QUATERNION_DECIMALS = 7
 DEGREES_DECIMALS = 4
+POWERS = np.array([10.0**k for k in range(309)])
+"""Of ten, as Python has them: an array's own powers may differ in the last digit."""
 
 
 def rapid_number(value: float, decimals: int) -> str:
@@ -42,9 +47,20 @@ def number_like(original: str, before: float, value: float, least_decimals: int)
         return original
     fraction = original.partition(".")[2]
     written = len(fraction) if fraction.isdigit() else 0
-    decimals = written if written > least_decimals else least_decimals
+    decimals = max(written, least_decimals)
     if -0.5 < (before - value) * 10.0**decimals < 0.5:
         return original
+    return written_like(value, written, decimals)
+
+
+def written_decimals(texts: NDArray[np.bytes_]) -> NDArray[np.int64]:
+    """Decimals of numbers, in the shape of their texts; none of a text that is no plain decimal."""
+    fraction = np.char.partition(texts, b".")[..., 2]
+    return np.where(np.char.isdigit(fraction), np.char.str_len(fraction), 0)
+
+
+def written_like(value: float, written: int, decimals: int) -> str:
+    """Text of a number with ``decimals``; without trailing zeros if that which it replaces has fewer, ``written``."""
     text = f"{value:.{decimals}f}"
     if written < decimals:
         return _shortened(text)

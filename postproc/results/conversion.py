@@ -83,6 +83,7 @@ def conversion_values(conversion: Conversion) -> dict[str, Any]:
     if judged is None or model is None:
         return {"schema": CONVERSION_SCHEMA, "statements": [], "diagnostics": findings}
     figures, accuracy, limits = judged.figures, judged.accuracy, judged.limits
+    welds = [o for o in judged.outcomes if o.statement.signature.phase]
     sure = accuracy and {"sigma_mm": _mm(accuracy.sigma), "within_95_percent_mm": _mm(accuracy.within_95)}
     return {
         "schema": CONVERSION_SCHEMA,
@@ -105,10 +106,8 @@ def conversion_values(conversion: Conversion) -> dict[str, Any]:
         "unproved_statements": judged.unproved,
         "unmeasured_statements": judged.unmeasured,
         "measured_statements": judged.lines - judged.unmeasured,
-        "weld_statements": sum(bool(o.statement.signature.phase) for o in judged.outcomes),
-        "corrected_weld_statements": sum(
-            bool(o.statement.signature.phase) and o.status in CORRECTED for o in judged.outcomes
-        ),
+        "weld_statements": len(welds),
+        "corrected_weld_statements": len([o for o in welds if o.status in CORRECTED]),
         "added_targets": judged.added,
         "cycle_time_s": limits and round(limits.slower, 3),
         "cycle_time_before_s": limits and round(limits.cycle_time, 3),

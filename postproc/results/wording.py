@@ -5,13 +5,16 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from postproc.diagnostics import joined
 from postproc.effects.base import Effect
 from postproc.effects.parameters import unit_suffix
-from postproc.estimation.fitted import Fit
+
+if TYPE_CHECKING:
+    from postproc.estimation.fitted import Fit  # a conversion words no fit
 
 ANY_FUNCTION = "any smooth function of the channels"
 SINGLY = 48  # parameters of one effect that are told one by one

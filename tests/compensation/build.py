@@ -18,8 +18,7 @@ from postproc.model.arm import Model
 from postproc.model.file import default_model
 from postproc.motion.path.moves import read_moves
 from postproc.motion.path.samples import sample_path
-from postproc.motion.timing.trajectory import retime
-from postproc.motion.values import Trajectory
+from postproc.motion.timing.trajectory import Trajectory, retime
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.data.records import RobTarget
 from postproc.rapid.execution.walk import walk

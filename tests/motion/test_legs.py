@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from postproc.motion.path.samples import sample_path
-from postproc.motion.timing.legs import cut_legs
-from postproc.motion.timing.trajectory import retime
+from postproc.motion.timing.trajectory import cut_legs, retime
 from postproc.motion.values import Move
 from tests.motion.build import ROBOT, chain, joint, line, pose
 

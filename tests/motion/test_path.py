@@ -9,14 +9,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from postproc.motion.path.curves import ARC_FAULTS, build_curves, circle_through, pose_at
-from postproc.motion.path.samples import sample_path
-from postproc.motion.values import Move, Path
+from postproc.motion.path.samples import Samples, sample_path
+from postproc.motion.values import Move
 from tests.motion.build import HOME, ROBOT, arc, chain, joint, line, pose, tcp
 
 A, B, C = pose(1.1, -0.3, 0.5), pose(1.1, 0.3, 0.5, (20.0, 175.0, 5.0)), pose(1.2, 0.3, 0.7)
 
 
-def sampled(moves: list[Move]) -> Path:
+def sampled(moves: list[Move]) -> Samples:
     path, findings = sample_path(ROBOT, moves)
     assert findings == []
     return path
@@ -37,7 +37,7 @@ def test_a_line_is_straight_and_turns_evenly() -> None:
     assert turned == pytest.approx(u * whole, abs=1e-9)
     step = np.linalg.norm(np.diff(p, axis=0), axis=1)
     assert step.max() <= 0.010 + 1e-12
-    assert path.s[-1] == pytest.approx(np.linalg.norm((B - A)[:3, 3]))
+    assert path.way()[-1] == pytest.approx(np.linalg.norm((B - A)[:3, 3]))
     assert path.goal.tolist() == [0, len(path.q) - 1]
     assert path.stop.tolist() == [True, True]
 
@@ -71,7 +71,7 @@ def test_an_arc_lies_on_its_circle(sweep: float) -> None:
     d = path.T_work_tcp[:, :3, 3] - center
     assert np.abs(np.linalg.norm(d, axis=1) - radius).max() < 1e-12
     assert np.abs(d @ tilt.apply([0, 0, 1])).max() < 1e-12
-    assert path.s[-1] == pytest.approx(radius * end, rel=1e-3)
+    assert path.way()[-1] == pytest.approx(radius * end, rel=1e-3)
     local = tilt.inv().apply(d)
     angle = np.unwrap(np.arctan2(local[:, 1], local[:, 0]))
     assert angle == pytest.approx(np.append(0.0, path.u[1:]) * end, abs=1e-9)
@@ -119,7 +119,7 @@ def test_arcs_that_are_none() -> None:
     assert codes([moves[0], replace(moves[1], q=turned)]) == ["MOT001"]  # how an arc that is none arrives says nothing
 
 
-def corner(zone: float, ahead: float = 0.2) -> Path:
+def corner(zone: float, ahead: float = 0.2) -> Samples:
     steps = [
         joint(pose(1.1, -0.2, 0.5)),
         line(pose(1.1, 0.0, 0.5), zone=zone, zone_rotation=zone),
@@ -188,7 +188,7 @@ def test_a_change_of_tool_does_not_move_the_arm() -> None:
     flanges = tcp(path.q, np.eye(4))[:, :3, 3]
     steps = np.linalg.norm(np.diff(flanges, axis=0), axis=1)
     assert steps.max() < 0.015
-    assert path.s[-1] == pytest.approx(np.sum(steps), rel=0.05)
+    assert path.way()[-1] == pytest.approx(np.sum(steps), rel=0.05)
 
 
 def test_chains_do_not_touch() -> None:
@@ -197,7 +197,7 @@ def test_chains_do_not_touch() -> None:
     assert path.stop.tolist() == [True, True, True, True]
     assert (path.move == 2).sum() == 1
     i = int(path.goal[2])
-    assert path.s[i] == path.s[i - 1]
+    assert path.way()[i] == path.way()[i - 1]
 
 
 def test_samples_follow_the_size_of_the_task() -> None:
@@ -260,7 +260,5 @@ def test_out_of_reach_half_way() -> None:
     assert "KIN004" in found or "MOT003" in found
 
 
-def test_nothing_is_a_path_too() -> None:
-    path = sampled([])
-    assert len(path.q) == 0
+def test_one_move_is_one_sample() -> None:
     assert len(sampled(chain(joint(A))).q) == 1

@@ -13,7 +13,7 @@ from postproc.cli.programs import check_unchanged, named_files, read_program_fil
 from postproc.cli.progress import watching
 from postproc.diagnostics import PostprocError
 from postproc.files import place
-from postproc.process import load_scipy
+from postproc.process import spare_scipy
 
 
 def run(
@@ -40,7 +40,7 @@ def run(
         diff: write nothing; print the textual difference, exit 1 if there is one.
         json: print the postproc/compensate/1 document.
     """
-    load_scipy()
+    spare_scipy()
     from postproc.runtime.passes import correct_program
 
     if in_place and program == STDIN:

@@ -10,13 +10,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.compensation.path.samples import sample_moves
 from postproc.effects.asking import displacement_of
 from postproc.effects.base import Effect
 from postproc.effects.contract import State
 from postproc.effects.registry import BUILT_IN
 from postproc.model.arm import Model
 from postproc.model.deflection import REACH
+from postproc.motion.path.samples import sample_moves
 from postproc.motion.values import Move
 
 PROBED = 0.002  # [m] between the places at which a law is asked

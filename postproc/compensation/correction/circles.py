@@ -15,8 +15,8 @@ from postproc.arrays import Array
 from postproc.compensation.correction.curve import Exact
 from postproc.compensation.correction.placement import circle_gaps
 from postproc.compensation.path.motion import Motion
-from postproc.compensation.path.samples import Samples
 from postproc.motion.path.curves import circle_through
+from postproc.motion.path.samples import Samples
 from postproc.rapid.data.events import StatementKey
 
 BEHIND = "its circle begins where the arm stays as it is, nobody knows where: corrected points would make another one"

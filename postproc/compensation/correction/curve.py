@@ -18,8 +18,8 @@ from postproc.arrays import Array, blocks
 from postproc.compensation.correction.inverse import command
 from postproc.compensation.options import Options
 from postproc.compensation.path.motion import Motion
-from postproc.compensation.path.samples import Samples
 from postproc.model.arm import Model
+from postproc.motion.path.samples import Samples
 from postproc.motion.smoothing import transition
 from postproc.motion.values import Move
 from postproc.robot.kinematics import forward

@@ -11,11 +11,11 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.compensation.correction.inverse import reached
 from postproc.compensation.path.motion import Motion
-from postproc.compensation.path.samples import Samples
 from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.motion.mounts import Mounts
 from postproc.motion.path.curves import Curves
+from postproc.motion.path.samples import Samples
 from postproc.motion.values import Flags, Index
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.compensation.correction.placement import circle_gaps, perpendicular, place_arcs, place_vertices
-from postproc.compensation.path.samples import Samples
+from postproc.motion.path.samples import Samples
 from postproc.motion.values import Flags
 
 SHARE = 0.8  # of the tolerance, for the chords; the rest is rounding and what a circle cannot follow

@@ -14,8 +14,8 @@ from postproc.arrays import Array
 from postproc.compensation.correction.abrupt import intervals_for_jumps
 from postproc.compensation.correction.curve import Transition
 from postproc.compensation.path.motion import approach_side, feels_sides
-from postproc.compensation.path.samples import Samples, sample_moves
 from postproc.model.arm import Model
+from postproc.motion.path.samples import Samples, sample_moves
 from postproc.motion.values import Flags, Move
 
 CLOSEST = 0.002  # [m] between samples of a move in which a joint turns back

@@ -22,10 +22,10 @@ from postproc.arrays import Array, invert
 from postproc.compensation.correction.curve import shifted
 from postproc.compensation.correction.inverse import command
 from postproc.compensation.path.motion import Motion
-from postproc.compensation.path.samples import Samples
 from postproc.diagnostics import Diagnostic, did_you_mean, joined
 from postproc.grouping import grouped
 from postproc.model.arm import Model
+from postproc.motion.path.samples import Samples
 from postproc.motion.values import Flags, Index, Move
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.data.records import WobjData
@@ -104,12 +104,12 @@ def fit_shifts(model: Model, motion: Motion, program: Program, taught: Sequence[
     """
     asked = {name.lower() for name in taught}
     names = _Names(program)
-    frames = {wobj: object_matrix(wobj).tobytes() for wobj in {m.event.wobj for m in motion.moves}}
-    placed = (
-        ((names.of(m.event), m.frame, m.stationary, frames[m.event.wobj]), i)
+    frames = {now: object_matrix(now.wobj).tobytes() for now in {m.event.in_force for m in motion.moves}}
+    placed = [
+        ((names.of(m.event), m.frame, m.stationary, frames[m.event.in_force]), i)
         for i, m in enumerate(motion.moves)
         if m.T_work_tcp is not None and m.resumes_from is None
-    )
+    ]
     shifts_fitted = []
     welds = _weld_targets(motion.moves)
     for (name, *_), members in grouped(placed).items():

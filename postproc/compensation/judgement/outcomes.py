@@ -69,16 +69,18 @@ def judge_statements(
     moves = {move.row: i for i, move in enumerate(plan.motion.moves)}
     runs = executions_of(events)
     own, passing = own_moves(plan), in_transition(plan, after)
-    worst, shifts = after.largest_of_moves(after.space & after.steady & ~passing), correction_sizes(plan)
+    worst = after.largest_of_moves(after.space & after.steady & ~passing)
+    sizes = np.column_stack([after.goal_distance, correction_sizes(plan)]).tolist()
     at_goal = np.where(after.goal_steady & ~for_the_next(plan), after.goal_distance, 0.0)
     tolerances = plan.path_tolerance, goal_tolerances(plan.motion.moves, plan.motion.options)
+    beyond = (own & ((worst > tolerances[0]) | (at_goal > tolerances[1]))).tolist()
     outcomes: list[StatementOutcome] = []
     findings: list[Diagnostic] = []
     for statement in program.statements:
         executions = [events[row] for row in runs.get(statement.key, [])]
         rows = [moves[row] for row in runs.get(statement.key, []) if row in moves]
         if not statement.source.read_only:
-            outcome = _outcome(statement, executions, rows, plan, after=after, shifts=shifts)
+            outcome = _outcome(statement, executions, rows, plan, sizes)
             if outcome.status == "skipped" and statement.key in on_controller:
                 outcome = replace(outcome, status="run_time", shift_mm=None, edited="function")
             outcomes.append(outcome)
@@ -86,7 +88,9 @@ def judge_statements(
                 findings += _uncorrected(outcome, executions)
             if outcome.status == "skipped" or statement.interpolation == "absjoint":
                 continue
-        findings += _beyond_tolerance(plan, [i for i in rows if own[i]], (worst, at_goal), tolerances, on_controller)
+        over = [i for i in rows if beyond[i]]
+        if over:
+            findings.append(_beyond_tolerance(plan, over, (worst, at_goal), tolerances, on_controller))
     unseen, lines = unmeasured(outcomes, events, plan)
     if 0 < unseen == lines:
         text = "no line or arc could be measured: where they begin or end, or the load, is known only at run time"
@@ -115,25 +119,22 @@ def _beyond_tolerance(
     off: tuple[Array, Array],
     tolerances: tuple[Array, Array],
     on_controller: Set[StatementKey],
-) -> list[Diagnostic]:
-    """CMP006, a warning, if one of the moves of a statement stays beyond its tolerance: by how much, and why.
+) -> Diagnostic:
+    """CMP006, a warning: a statement stays beyond its tolerance, by how much, and why.
 
     Args:
-        rows: its moves.
+        rows: its moves that do.
         off, tolerances: (m,) deviation of every move on its way and at its goal [m], and what is allowed there [m].
         on_controller: statements that a function corrects while the program runs.
     """
-    over = [i for i in rows if any(values[i] > most[i] for values, most in zip(off, tolerances, strict=True))]
-    if not over:
-        return []
-    i = max(over, key=lambda i: max(values[i] for values in off))
+    i = max(rows, key=lambda i: max(values[i] for values in off))
     on_the_way = bool(off[0][i] > tolerances[0][i] and off[0][i] > off[1][i])
     what = "the path to this target" if on_the_way else "this target itself"
     remaining, most = (1e3 * float(values[0 if on_the_way else 1][i]) for values in (off, tolerances))
     text = f"{what} stays {remaining:.3f} mm off, tolerance {most:g} mm"
     statement = plan.motion.moves[i].event.statement
     why = ENDS if statement.key in on_controller else _why(plan, rows, i, on_the_way, on_controller)
-    return [finding("CMP006", "warning", statement, text, why, matter=Matter.OFF, length_mm=remaining)]
+    return finding("CMP006", "warning", statement, text, why, matter=Matter.OFF, length_mm=remaining)
 
 
 def _why(
@@ -179,32 +180,30 @@ def _outcome(
     runs: Sequence[MotionEvent],
     rows: Sequence[int],
     plan: CorrectionPlan,
-    *,
-    after: Deviation,
-    shifts: Array,
+    sizes: Sequence[Sequence[float]],
 ) -> StatementOutcome:
     """What has become of a statement: status, reason, size of the correction and remaining error [mm].
 
     Args:
         runs: its executions.
         rows: indices of the moves that they make.
-        after: deviation of the written program.
-        shifts: (m, 2) correction at the goals of all moves [m], [rad].
+        sizes: (m, 3) at the goals of all moves: what remains [m], the correction [m], [rad].
     """
     if statement.interpolation == "none":
         return StatementOutcome(statement, "skipped", NO_ARM_MOTION)
     uncorrected = plan.left.get(statement.key)
     if not rows:
         return StatementOutcome(statement, "skipped", uncorrected or why_no_move(runs))
-    reason = next((event.reason for event in runs if event.reason), None)
-    residual = round(1e3 * max(float(after.goal_distance[i]) for i in rows), 5)
+    reasons = [event.reason for event in runs if event.reason]
+    reason = reasons[0] if reasons else None
+    residual, shift, angle = sizes[rows[0]] if len(rows) == 1 else map(max, zip(*[sizes[i] for i in rows], strict=True))
+    residual, shift = round(1e3 * residual, 5), 1e3 * shift
     if statement.interpolation == "absjoint":
         return StatementOutcome(statement, "unchanged", JOINT_TARGET, 0.0, residual)
     if uncorrected is not None:
         status: Status = "unchanged" if statement.key in plan.unasked else "skipped"
         why = f"{uncorrected}: in one of its runs {reason}" if reason and status == "skipped" else uncorrected
         return StatementOutcome(statement, status, why, 0.0, residual)
-    shift, angle = 1e3 * max(float(shifts[i, 0]) for i in rows), max(float(shifts[i, 1]) for i in rows)
     if shift < UNCHANGED_MM and angle < UNCHANGED_RAD:
         why = "the correction is below the last decimal"
         return StatementOutcome(statement, "unchanged", why, round(shift, 5), residual)

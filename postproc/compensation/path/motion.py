@@ -9,12 +9,12 @@ import numpy as np
 
 from postproc.arrays import Array, blocks
 from postproc.compensation.options import Options
-from postproc.compensation.path.samples import Samples
 from postproc.compensation.path.timeline import Timeline
 from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.reference import as_written
 from postproc.motion.path.places import unit_of
+from postproc.motion.path.samples import Samples
 from postproc.motion.values import Flags, Index, Move
 from postproc.robot.cells.station import Station
 

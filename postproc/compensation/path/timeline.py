@@ -9,15 +9,13 @@ import numpy as np
 from postproc.arrays import Array, constant
 from postproc.compensation.options import Options
 from postproc.compensation.path.periods import first_periods
-from postproc.compensation.path.samples import Samples
 from postproc.diagnostics import Diagnostic, has_errors
 from postproc.model.arm import Model
 from postproc.motion.findings import once
-from postproc.motion.path.samples import sample_path
+from postproc.motion.path.samples import Samples, sample_path
 from postproc.motion.timing.jerk_limited import Profile
-from postproc.motion.timing.legs import cut_legs
-from postproc.motion.timing.trajectory import changes_speed, retime
-from postproc.motion.values import Flags, Trajectory
+from postproc.motion.timing.trajectory import changes_speed, cut_legs, retime
+from postproc.motion.values import Flags
 
 SWIFT = 0.1  # [m/s]: from here on inertia bends the correction where a move speeds up, slows down or turns
 # [m]: a torch that turns about a point this near to its TCP turns in place, as fast as the wrist can: there is no way
@@ -89,7 +87,7 @@ def plan_timeline(model: Model, samples: Samples) -> tuple[Timeline | None, list
         a = np.where(in_place[:, None], 0.0, leg.a_sustained)
         columns = (first + path.move + path.u, begin + leg.t, path.q, leg.v, a, leg.axes_v, leg.axes_a_sustained)
         parts.append(tuple(column[known:] for column in columns))
-        restless.append((changes_speed(leg.tcp_speed) | _fast_corner(leg))[known:])
+        restless.append((changes_speed(leg.tcp_speed) | path.blend & (leg.tcp_speed > SWIFT))[known:])  # fast corners
         legs.append((slice(rows - known, rows - known + len(leg.t)), leg.profile.bare()))
         done, rows, begin = first + len(moves), legs[-1][0].stop, begin + float(leg.t[-1])
     if has_errors(findings):
@@ -97,8 +95,3 @@ def plan_timeline(model: Model, samples: Samples) -> tuple[Timeline | None, list
     place, t, q, v, a, *axes = (np.concatenate(column) for column in zip(*parts, strict=True))
     axes_v, axes_a = map(constant, axes)
     return Timeline(place, t, q, v, a, np.concatenate(restless), axes_v, axes_a, tuple(legs)), once(findings)
-
-
-def _fast_corner(trajectory: Trajectory) -> Flags:
-    """(k,) samples in a zone corner at which the TCP is faster than ``SWIFT``, 0.1 m/s."""
-    return trajectory.path.blend & (trajectory.tcp_speed > SWIFT)

@@ -16,7 +16,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
 from postproc.arrays import Array
-from postproc.compensation.path.samples import follow
 from postproc.compensation.text.insertions import insertion_of, small_zone
 from postproc.compensation.text.laws import midrange
 from postproc.compensation.text.path_points import (
@@ -35,7 +34,7 @@ from postproc.diagnostics import PostprocError
 from postproc.grouping import grouped
 from postproc.motion.path.curves import pose_in_space
 from postproc.motion.path.places import axes_between
-from postproc.motion.path.postures import any_configuration
+from postproc.motion.path.postures import any_configuration, follow
 from postproc.motion.path.refusals import STILL
 from postproc.rapid.data.events import MotionEvent, Origin
 from postproc.rapid.data.records import RobTarget

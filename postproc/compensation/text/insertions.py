@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 
-from postproc.compensation.path.samples import Samples
 from postproc.compensation.text.predecessors import Predecessors
 from postproc.compensation.text.values import Insertion, TargetValue
+from postproc.motion.path.samples import Samples
 from postproc.rapid.data.events import MotionEvent, MotionStatement
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.write_effects import WriteEffects
@@ -80,7 +80,7 @@ class DivisibleMoves:
     def __init__(self, program: Program, samples: Samples, changes: WriteEffects) -> None:
         self.moves = samples.moves
         self.predecessors = Predecessors(program, changes)
-        self.turned = frozenset(samples.turned_aside().tolist())
+        self.turned = frozenset(samples.unevenly_turned().tolist())
         self._reasons: dict[int, str] = {}
 
     def why_not(self, i: int) -> str:

@@ -1,7 +1,7 @@
 """The way of every move.
 
-`moves` come from events with `places` (of external axes) and `postures` (joint angles of goals); `nominal_arm` is what
-a program asks (CalcRobT); `refusals`, `reach` and `weights` say what is wrong with them. `curves` are lines, arcs and
+`moves` come from events with `places` (of external axes) and `postures` (joint angles, at goals and on the way);
+`nominal_arm` is what a program asks (CalcRobT); `refusals` say what is wrong with them. `curves` are lines, arcs and
 joint moves, `wrist` their axes 4 to 6 under SingArea, `corners` the zones of fly-by points as blends, `samples` dense
 samples along both.
 """

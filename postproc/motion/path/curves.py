@@ -139,7 +139,7 @@ def build_curves(robot: Robot, moves: tuple[Move, ...]) -> Curves:
         joint, arc, fault, T_start[:, :3, 3], R_start, chord, turn, center, radial, tangent, angle,
         wrist, q[before], q - q[before], q_bend, mounts, length,
         constant(axes_start), constant(np.nan_to_num(axes - axes_start)),
-        tuple(dict.fromkeys(move.frame for move in moves)),
+        tuple(dict.fromkeys([move.frame for move in moves])),
     )  # fmt: skip
     rows = np.flatnonzero(joint & ~first)
     if len(rows):

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -13,16 +14,14 @@ from postproc.motion.findings import once, place
 from postproc.motion.mounts import Mounts
 from postproc.motion.path.places import NOWHERE, unit_of
 from postproc.motion.path.postures import goal_joints, supposed_start
-from postproc.motion.path.reach import another_arm, only_displaced
-from postproc.motion.path.refusals import refuse_events
-from postproc.motion.path.weights import doubt_weights
+from postproc.motion.path.refusals import another_arm, doubt_weights, only_displaced, refuse_events
 from postproc.motion.values import Move, WorkFrame, frames_at
 from postproc.rapid.data.events import InForce, MotionEvent
 from postproc.rapid.data.records import RobTarget
 from postproc.rapid.execution.walk import forgiven
 from postproc.rapid.motions.units import MM, object_matrix, pose_matrix, tool_matrix, via_matrix
 from postproc.robot.arm import Robot
-from postproc.robot.cells.cell import LETTERS, Kind
+from postproc.robot.cells.cell import LETTERS
 from postproc.robot.cells.station import Station
 
 _UPRIGHT = (1.0, 0.0, 0.0, 0.0)
@@ -30,32 +29,6 @@ _RECORDED = 0.1  # [mm], [deg] beyond its limit an external axis still stands at
 LOOSE = "nothing leads here"
 DISPLACED = "what displaces it in this run puts it there, not what it states"
 _LEAST_ACCSET = 20.0  # [%] lower values count as this (ABB RAPID reference manual, AccSet)
-
-
-@dataclass(frozen=True, slots=True)
-class _Conditions:
-    """What is in force at a motion: mount of the tool, load on the flange, speeds and zone.
-
-    Args:
-        T_mount_tcp: (4, 4) [m].
-        mass: [kg], tool and payload together.
-        center: (3,) its centre of gravity in tool0 [m].
-        others: as in ``Move``.
-    """
-
-    T_mount_tcp: Array
-    stationary: bool
-    mass: float
-    center: Array
-    speed: float
-    rotation_speed: float
-    axis_speed: Mapping[Kind, float]
-    ease: float
-    fine: bool
-    zone: float
-    zone_rotation: float
-    zone_angle: float
-    welding: bool
 
 
 def read_moves(
@@ -76,8 +49,13 @@ def read_moves(
         are left out. The error becomes a warning where the arm never gets to the statement, or where a displacement of
         target or work alone puts the target out of reach (see ``only_displaced``).
     """
-    known = [i for i, e in enumerate(events) if e.reason is None and e.target is not None and _moves_arm(e)]
+    known = [
+        i
+        for i, e in enumerate(events)
+        if e.reason is None and e.target is not None and e.statement.interpolation != "none"
+    ]
     conditions = {now: _conditions(now) for now in dict.fromkeys([events[i].in_force for i in known])}
+    endless = [now for now in conditions if now.speed.v_tcp <= 0.0 or (now.duration is not None and now.duration <= 0)]
     at_goals = [conditions[events[i].in_force] for i in known]
     station = station or Station()
     places = _places([events[i] for i in known], station)
@@ -91,7 +69,9 @@ def read_moves(
     another = another_arm(robot, runs)
     spared = only_displaced(runs) if not another else ()
     wrong = [(i, _left_alone(d, DISPLACED) if events[i].statement.key in spared else d) for i, d in wrong]
-    wrong += [(i, _never_arrives(events[i])) for i in known if not _arrives(events[i])]
+    for i in [i for i in known if endless and events[i].in_force in endless]:
+        text = "the programmed speed is zero or negative: the arm would never arrive"
+        wrong.append((i, Diagnostic("MOT006", "error", text, *place(events[i], "speed"), "give a speed above zero")))
     bad = {i for i, _ in wrong} | astray | {i for i, _ in refused if events[i].unreachable}
     findings = [_left_alone(d, LOOSE) if events[i].unreachable else d for i, d in (*refused, *wrong)]
     findings += [finding for _, finding in beyond]
@@ -100,24 +80,42 @@ def read_moves(
     findings += another
 
     moves: list[Move] = []
+    for row, (i, here) in enumerate(zip(known, at_goals, strict=True)):
+        e, (frame, axes) = events[i], places[row]
+        kind = e.statement.interpolation
+        if i in bad or kind == "none":
+            continue
+        via = via_matrix(e) if kind == "arc" and e.via is not None else None
+        goal = T_work_tcp[row] if isinstance(e.target, RobTarget) else None
+        moves.append(Move(i, e, kind, q[row], T_work_tcp=goal, T_work_via=via, frame=frame, axes=axes, **here))
+    return _chained(events, moves), once(findings)
+
+
+def _chained(events: Sequence[MotionEvent], moves: Sequence[Move]) -> list[Move]:
+    """The moves, with the first of every chain marked.
+
+    A motion between two moves that is not understood, or has an error, breaks their chain. A move that restates the
+    goal of an earlier one (``resumes_from``) becomes that one again; it is left out where that one is.
+    """
+    chained: list[Move] = []
     of_event: dict[int, int] = {}
     previous = -1
-    for row, (i, here) in enumerate(zip(known, at_goals, strict=True)):
-        e = events[i]
-        if i in bad:
-            continue
-        broken = e.first or not moves or (previous + 1 < i and any(map(_moves_arm, events[previous + 1 : i])))
-        move = _move(i, e, here, places[row], (q[row], T_work_tcp[row]), broken)
+    for move in moves:
+        i, e = move.row, move.event
+        broken = e.first or not chained
+        if not broken and previous + 1 < i:
+            broken = any(e.statement.interpolation != "none" or e.reason is not None for e in events[previous + 1 : i])
         if e.resumes_from is not None:
             if e.resumes_from not in of_event:
                 continue  # nothing brings the arm there
-            move = replace(
-                moves[of_event[e.resumes_from]], row=i, event=e, first=True, resumes_from=of_event[e.resumes_from]
-            )
-        of_event[i] = len(moves)
-        moves.append(move)
+            before = of_event[e.resumes_from]
+            move = replace(chained[before], row=i, event=e, first=True, resumes_from=before)
+        elif broken:
+            move = replace(move, first=True)
+        of_event[i] = len(chained)
+        chained.append(move)
         previous = i
-    return moves, once(findings)
+    return chained
 
 
 _Place = tuple[WorkFrame | None, Array]  # what the work stands in, external axes (6,) [m], [rad]
@@ -125,7 +123,8 @@ _Place = tuple[WorkFrame | None, Array]  # what the work stands in, external axe
 
 def _places(events: Sequence[MotionEvent], station: Station) -> list[_Place]:
     """For every event the frame that its work stands in (None: a fixed base) and its external axes (6,) [m], [rad]."""
-    units = [unit_of(e) for e in events]
+    unit_in = {now: unit_of(now) for now in {e.in_force for e in events}}
+    units = [unit_in[e.in_force] for e in events]
     frames = {unit: WorkFrame(station, unit) for unit in dict.fromkeys(units)}
     axes = station.positions(np.array([e.axes or NOWHERE for e in events]).reshape(-1, 6))
     fixed = station.in_world
@@ -133,19 +132,19 @@ def _places(events: Sequence[MotionEvent], station: Station) -> list[_Place]:
     return [(None if fixed and unit is None else frames[unit], row) for unit, row in zip(units, rows, strict=True)]
 
 
-def _mounts(conditions: Sequence[_Conditions], places: Sequence[_Place]) -> Mounts:
+def _mounts(conditions: Sequence[Mapping[str, Any]], places: Sequence[_Place]) -> Mounts:
     """How tool and work are mounted at the goals of k events.
 
     Args:
         conditions: what is in force at each event.
         places: frame of the work and external axes at each event.
     """
-    found = Mounts(np.array([c.T_mount_tcp for c in conditions]), np.array([c.stationary for c in conditions]))
-    frames = list(dict.fromkeys(frame for frame, _ in places))
+    tools = np.array([c["T_mount_tcp"] for c in conditions]), np.array([c["stationary"] for c in conditions])
+    frames = list(dict.fromkeys([frame for frame, _ in places]))
     if not any(frames):
-        return found
+        return Mounts(*tools)
     which = np.array([frames.index(frame) for frame, _ in places])
-    return replace(found, T_base_frame=frames_at(frames, which, np.array([axes for _, axes in places])), frame=which)
+    return Mounts(*tools, frames_at(frames, which, np.array([axes for _, axes in places])), which)
 
 
 def _beyond_limits(
@@ -184,24 +183,8 @@ def _left_alone(finding: Diagnostic, why: str) -> Diagnostic:
     return replace(forgiven(finding), message=f"{finding.message}; it is left as it is: {why}")
 
 
-def _arrives(e: MotionEvent) -> bool:
-    """Whether the programmed speed, and the duration where one is stated, is above zero."""
-    return e.speed.v_tcp > 0.0 and (e.duration is None or e.duration > 0.0)
-
-
-def _never_arrives(e: MotionEvent) -> Diagnostic:
-    """MOT006, an error at the speed argument: the programmed speed is zero or negative."""
-    text = "the programmed speed is zero or negative: the arm would never arrive"
-    return Diagnostic("MOT006", "error", text, *place(e, "speed"), "give a speed above zero")
-
-
-def _moves_arm(event: MotionEvent) -> bool:
-    """Whether an event moves the arm, or may do so because it is not understood."""
-    return event.statement.interpolation != "none" or event.reason is not None
-
-
-def _conditions(e: InForce) -> _Conditions:
-    """Mount, load, speeds and zone of what is in force at a motion, in SI units.
+def _conditions(e: InForce) -> dict[str, Any]:
+    """Fields of a ``Move`` that what is in force at it decides: mount, load, speeds and zone, in SI units.
 
     Tool load (centre in tool0) and GripLoad (centre in the tool frame) count as one mass. The tool load of a stationary
     tool is that of the gripper which holds the work object, and the centre of GripLoad is then stated in the object
@@ -215,14 +198,17 @@ def _conditions(e: InForce) -> _Conditions:
     grip_center = (T_flange_grip @ pose_matrix(grip.cog, _UPRIGHT))[:3, 3]
     center = (tool.tload.mass * tool_center + grip.mass * grip_center) / mass if mass > 0 else np.zeros(3)
     welding = e.weld is not None and e.weld.phase != "start"
-    speed = e.weld.speed if welding and e.weld is not None and e.weld.speed else _programmed_speed(e)
-    return _Conditions(
-        T_mount_tcp,
-        not tool.robhold,
-        mass,
-        center,
+    speed = e.speed.v_tcp * e.velocity_override / 100  # VelSet scales it, and sets an upper limit
+    speed = speed if e.velocity_limit is None else min(speed, e.velocity_limit)
+    speed = e.weld.speed if welding and e.weld is not None and e.weld.speed else speed
+    return dict(
+        T_mount_tcp=T_mount_tcp,
+        stationary=not tool.robhold,
+        payload_mass=mass,
+        payload_center=center,
         speed=speed * MM,
         rotation_speed=float(np.radians(e.speed.v_ori)) * e.velocity_override / 100,
+        duration=e.duration,
         axis_speed={"linear": e.speed.v_leax * MM, "rotary": float(np.radians(e.speed.v_reax))},
         ease=min(max(e.acceleration, _LEAST_ACCSET), 100.0) / 100,
         fine=e.zone.finep,
@@ -230,50 +216,4 @@ def _conditions(e: InForce) -> _Conditions:
         zone_rotation=e.zone.pzone_ori * MM,
         zone_angle=float(np.radians(e.zone.zone_ori)),
         welding=welding,
-    )
-
-
-def _programmed_speed(e: InForce) -> float:
-    """Speed of the TCP [mm/s] with VelSet, which scales the programmed speed and sets an upper limit."""
-    speed = e.speed.v_tcp * e.velocity_override / 100
-    return speed if e.velocity_limit is None else min(speed, e.velocity_limit)
-
-
-def _move(row: int, e: MotionEvent, here: _Conditions, place: _Place, goal: tuple[Array, Array], first: bool) -> Move:
-    """The ``Move`` of one event.
-
-    Args:
-        row: of the event in the list of events.
-        here: what is in force at the event.
-        place: frame of the work, and external axes (6,).
-        goal: joint angles (6,) [rad], and T_work_tcp (4, 4).
-        first: the move starts a chain.
-    """
-    kind = e.statement.interpolation
-    assert kind != "none"
-    q, T_work_tcp = goal
-    return Move(
-        row=row,
-        event=e,
-        kind=kind,
-        q=q,
-        T_mount_tcp=here.T_mount_tcp,
-        stationary=here.stationary,
-        T_work_tcp=T_work_tcp if isinstance(e.target, RobTarget) else None,
-        T_work_via=via_matrix(e) if kind == "arc" and e.via is not None else None,
-        payload_mass=here.mass,
-        payload_center=here.center,
-        speed=here.speed,
-        rotation_speed=here.rotation_speed,
-        axis_speed=here.axis_speed,
-        duration=e.duration,
-        ease=here.ease,
-        fine=here.fine,
-        zone=here.zone,
-        zone_rotation=here.zone_rotation,
-        zone_angle=here.zone_angle,
-        welding=here.welding,
-        first=first,
-        frame=place[0],
-        axes=place[1],
     )

@@ -13,7 +13,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic
-from postproc.rapid.data.events import MotionEvent
+from postproc.rapid.data.events import InForce, MotionEvent
 from postproc.rapid.data.records import NO_AXES, NO_AXIS, Ax6
 from postproc.rapid.unknown import Kind, Unknown
 from postproc.robot.cells.cell import LETTERS
@@ -95,12 +95,13 @@ def resting_place(events: Iterable[MotionEvent]) -> Ax6:
     return a, b, c, d, e, f
 
 
-def say_resting(events: Iterable[MotionEvent], station: Station) -> list[Diagnostic]:
+def say_resting(events: Sequence[MotionEvent], station: Station) -> list[Diagnostic]:
     """MOT013 (info) for each unit that another task moves and that carries work here: its assumed position.
 
     The finding is placed at the first motion on that unit.
     """
-    first = {unit.lower(): event for event in reversed([*events]) if (unit := unit_of(event)) is not None}
+    units = {now: unit for now in {event.in_force for event in events} if (unit := unit_of(now)) is not None}
+    first = {units[event.in_force].lower(): event for event in reversed(events) if event.in_force in units}
     found = []
     for name, event in first.items():
         axes = station.standing.get(name, (NO_AXIS,) * 6)
@@ -131,7 +132,7 @@ def axes_between(before: MotionEvent, event: MotionEvent, share: float) -> Ax6:
     return a, b, c, d, e, f
 
 
-def unit_of(event: MotionEvent) -> str | None:
+def unit_of(event: MotionEvent | InForce) -> str | None:
     """The mechanical unit that moves the work of an event; None where the work stands in the world or on the flange."""
     return None if event.wobj.ufprog or event.wobj.robhold else event.wobj.ufmec
 
@@ -141,7 +142,7 @@ def _unplaced(events: Sequence[MotionEvent], station: Station) -> list[Unknown |
     known = station.cell.units
     positions = station.positions(np.array([e.axes or NOWHERE for e in events]).reshape(-1, 6))
     base = _finite(station.base(positions))
-    units = {name for e in events if (name := unit_of(e)) is not None}
+    units = {name for now in {e.in_force for e in events} if (name := unit_of(now)) is not None}
     if not units and all(base):
         return [None] * len(events)
     placed = {name: _finite(station.frame(name, positions)) for name in units if name.lower() in known}

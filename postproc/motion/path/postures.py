@@ -1,4 +1,4 @@
-"""Joint angles of the goals: what confdata means, and the configuration that is kept where nothing monitors it."""
+"""Joint angles: at the goals what confdata means, or the configuration that is kept; in which an arm follows poses."""
 
 from __future__ import annotations
 
@@ -7,18 +7,24 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.motion.findings import place
 from postproc.motion.mounts import Mounts
-from postproc.motion.values import Flags, stretches
+from postproc.motion.path.curves import Curves
+from postproc.motion.values import Flags, Index, stretches
 from postproc.rapid.data.events import MotionEvent
-from postproc.rapid.data.records import JointTarget, RobTarget
+from postproc.rapid.data.records import JointTarget
 from postproc.rapid.motions.units import target_matrices
 from postproc.robot.arm import Robot
 from postproc.robot.inverse import UnreachedPose, beyond_limits, joint_solution, nearest_solution
 from postproc.robot.track import track
+
+STRAIGHT = np.radians(6.0)  # |q5| below which axes 4 and 6 may turn so fast that the way is followed in finer steps
+FINER = 16
+OTHER_POSTURE = 0.1  # [rad] of one joint at least between two postures of one pose
 
 
 def goal_joints(
@@ -38,11 +44,12 @@ def goal_joints(
     q = np.full((len(known), 6), np.nan)
     T = np.full((len(known), 4, 4), np.nan)
     conf = np.zeros((len(known), 4), dtype=np.int64)
-    for row, i in enumerate(known):
-        target = events[i].target
+    targets = [events[i].target for i in known]
+    for row, target in enumerate(targets):
         if isinstance(target, JointTarget):
             q[row] = np.radians(target.robax)
-        elif isinstance(target, RobTarget):
+        else:
+            assert target is not None
             conf[row] = target.robconf
     failures = beyond_limits(robot, q)
     posed = np.flatnonzero(np.isnan(q[:, 0]))
@@ -138,6 +145,40 @@ def _followed(robot: Robot, T_base_flange: Array, before: Array) -> Array:
     except PostprocError:
         first = bisect_left(range(1, len(T_base_flange) + 1), True, key=fails)
         return track(robot, T_base_flange[:first], before)
+
+
+def follow(
+    robot: Robot, curves: Curves, move: Index, u: Array, T_work_tcp: Array, q_start: Array, ends: tuple[Index, Array]
+) -> Array:
+    """Joint angles (n, 6) [rad] in which the arm follows commanded poses, in finer steps where its wrist is straight.
+
+    Between two samples of a move the pose goes evenly from one to the other. Beside a singular wrist steps of any size
+    may lead to either wrist: the finer ones count unless they miss more of the known ends.
+
+    Args:
+        move, u: (n,) moves and fractions of the samples, in order; T_work_tcp: (n, 4, 4) the poses there.
+        q_start: (6,) where the arm comes from [rad].
+        ends: samples (k,) at which the joint angles (k, 6) [rad] are known.
+
+    Raises:
+        PostprocError: KIN004, a pose cannot be reached in this branch.
+    """
+    coarse = track(robot, curves.mounts_at(move, curves.axes_at(move, u)).flange(T_work_tcp), q_start)
+    if np.abs(np.sin(coarse[:, 4])).min(initial=1.0) > np.sin(STRAIGHT):
+        return coarse
+    rows = np.arange(len(u))
+    before = np.maximum(rows - 1, 0)
+    before = np.where(move[before] == move, before, rows)
+    a, b, share = np.repeat(before, FINER), np.repeat(rows, FINER), np.tile(np.arange(1, FINER + 1) / FINER, len(u))
+    R = Rotation.from_matrix(T_work_tcp[:, :3, :3])
+    T = np.tile(np.eye(4), (len(b), 1, 1))
+    T[:, :3, 3] = T_work_tcp[a, :3, 3] + share[:, None] * (T_work_tcp[b, :3, 3] - T_work_tcp[a, :3, 3])
+    turn = (R[a].inv() * R[b]).as_rotvec()
+    T[:, :3, :3] = (R[a] * Rotation.from_rotvec(share[:, None] * turn)).as_matrix()
+    axes = curves.axes_at(move[b], u[a] + share * (u[b] - u[a]))
+    fine = track(robot, curves.mounts_at(move[b], axes).flange(T), q_start)[FINER - 1 :: FINER]
+    missed = [(np.abs(q[ends[0]] - ends[1]).max(axis=1) > OTHER_POSTURE).sum() for q in (coarse, fine)]
+    return coarse if missed[0] < missed[1] else fine
 
 
 def supposed_start(event: MotionEvent) -> Diagnostic:

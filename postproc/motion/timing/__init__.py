@@ -1,6 +1,6 @@
 """A path in time.
 
-`legs` (long programs in parts), `spline` over the path, `grid` and `fastest` (toppra, through `constraints`),
-`timelaw` (made jerk-limited), `jerk_limited` (checked against every limit), `trajectory` (speeds and accelerations at
-the samples), `sustained` (accelerations that last), `inertia` (joint torques), `limits` of the corrected motion.
+`spline` over the path, `fastest` on a grid (toppra, through `constraints`), `timelaw` (made jerk-limited),
+`jerk_limited` (checked against every limit), `trajectory` (speeds and accelerations at the samples; long programs in
+legs), `sustained` (accelerations that last), `inertia` (joint torques), `limits` of the corrected motion.
 """

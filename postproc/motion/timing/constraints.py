@@ -3,32 +3,17 @@
 from __future__ import annotations
 
 import logging
-import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from types import ModuleType
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from postproc.arrays import Array
 from postproc.motion.values import Flags
+from postproc.process import putting_off
 
-
-@contextmanager
-def _without_plots() -> Iterator[None]:
-    """Context in which toppra is imported without matplotlib, which it needs only for plots; this saves 0.25 s."""
-    names = ("matplotlib", "matplotlib.pyplot")
-    spared = [name for name in names if not any(n in sys.modules for n in ("toppra", *names))]
-    sys.modules.update({name: ModuleType(name) for name in spared})
-    try:
-        yield
-    finally:
-        for name in spared:
-            del sys.modules[name]
-
-
-with _without_plots():
+# For plots and for paths of its own, which are not used here: 0.3 s.
+with putting_off("matplotlib", "matplotlib.pyplot", "scipy.interpolate", "scipy.sparse"):
     from toppra.algorithm import TOPPRA as _Toppra
     from toppra.constraint import JointVelocityConstraint, LinearConstraint
     from toppra.constraint.linear_constraint import canlinear_colloc_to_interpolate

@@ -6,16 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.interpolate import PPoly
-from scipy.ndimage import maximum_filter1d
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, Matter, PostprocError
 from postproc.motion.findings import at_move
-from postproc.motion.timing.fastest import fastest
-from postproc.motion.timing.grid import Grid, lay_grid, programmed_ease, programmed_speed, smooth_speed
+from postproc.motion.timing.fastest import FASTEST, Grid, fastest, lay_grid, programmed_ease, programmed_speed
 from postproc.motion.timing.inertia import inertial_torque
-from postproc.motion.timing.spline import Knots, Runs, derivatives
+from postproc.motion.timing.spline import Cubics, Knots, Runs
 from postproc.motion.timing.timelaw import TimeLaw, evaluate, time_law, times_at
 from postproc.motion.values import Flags, Index
 from postproc.robot.arm import Robot
@@ -76,7 +73,7 @@ class JointMotion:
     jerk_slope: Array
 
 
-def joint_motion(runs: Knots, law: TimeLaw, run: Index, t: Array, curve: PPoly) -> JointMotion:
+def joint_motion(runs: Knots, law: TimeLaw, run: Index, t: Array, curve: Cubics) -> JointMotion:
     """Motion of the joints at times ``t`` (k,) [s] since their runs ``run`` (k,) from standstill to standstill began.
 
     The joints follow the curve over the path parameter:
@@ -88,7 +85,7 @@ def joint_motion(runs: Knots, law: TimeLaw, run: Index, t: Array, curve: PPoly) 
     """
     s, sd, sdd, sddd = (x[:, None] for x in evaluate(law, run, t))
     place = _place(runs, run, s[:, 0])
-    q1, q2, q3 = derivatives(curve, place)
+    q1, q2, q3 = curve.derivatives(place)
     bend = q3 * sd**3 + 3 * q2 * sd * sdd
     slope = q1 * sdd
     return JointMotion(place, sd[:, 0], q1 * sd, q2 * sd**2 + slope, slope, bend, q1 * sddd)
@@ -103,7 +100,7 @@ def slope_acceleration(runs: Runs, law: TimeLaw, run: Index, t: Array) -> Array:
     s, _, sdd, _ = evaluate(law, run, t)
     result = np.zeros((len(t), runs.curve.c.shape[2]))
     rows = np.flatnonzero(sdd)
-    q1, _, _ = derivatives(runs.curve, _place(runs, run[rows], s[rows]))
+    q1, _, _ = runs.curve.derivatives(_place(runs, run[rows], s[rows]))
     result[rows] = q1 * sdd[rows, None]
     return result
 
@@ -134,7 +131,10 @@ def limited_law(robot: Robot, runs: Runs, gravity: Array) -> TimeLaw:
     if runs.count == 0:
         return time_law(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0), window)
     stated = programmed_speed(runs), programmed_ease(runs)
-    grid = lay_grid(runs, np.minimum(stated[0], smooth_speed(runs)), stated[1], window)
+    # Where the curvature of the path alone uses half of a joint's jerk limit: |q'''| s_dot^3, constant between knots.
+    jerk = (np.abs(6 * runs.curve.c[0]) / runs.limits.jerk).max(axis=1)
+    smooth = np.cbrt(0.5 / np.maximum(jerk, 0.5 / FASTEST**3))
+    grid = lay_grid(runs, np.minimum(stated[0], smooth), stated[1], window)
 
     def solve(part: Grid) -> tuple[Array, int | None]:
         """Fastest speeds (g,) [m/s] on a part of the grid, and the point where there is no way on."""
@@ -187,7 +187,9 @@ def _slowed(
     cap = np.where(over > _KEPT, np.maximum(lower, least), grid.cap)
     if not (cap < grid.cap).any():
         return grid, speed, np.zeros(len(cap), dtype=bool)
-    rows = maximum_filter1d(cap < grid.cap, 2 * _PATCH + 1)
+    rows = np.zeros(len(cap), dtype=bool)
+    around = np.flatnonzero(cap < grid.cap)[:, None] + np.arange(-_PATCH, _PATCH + 1)
+    rows[np.clip(around, 0, len(cap) - 1)] = True
     edge = rows & (np.append(False, ~rows[:-1]) | np.append(~rows[1:], False)) & (grid.cap > 0)
     grid = replace(grid, cap=cap)
     part = replace(grid, cap=np.where(edge, speed, cap), floor=np.where(edge, speed, 0.0)).only(rows)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from postproc.arrays import Array, blocks
-from postproc.motion.timing.jerk_limited import JointMotion, Profile, joint_motion
+from postproc.motion.timing.jerk_limited import Profile, joint_motion
 from postproc.motion.timing.spline import fit_spline
 from postproc.robot.arm import Robot
 
@@ -45,7 +45,9 @@ def check_limits(robot: Robot, profile: Profile, q_corrected: Array) -> LimitRep
         moments = np.unique(np.concatenate([begin + x * law.window[law.run] for x in (0.0, 0.25, 0.5, 0.75, 1.0)]))
         for part in blocks(len(moments)):
             run, inner = profile.at(moments[part])
-            ratios = _ratios(robot, joint_motion(profile.runs, law, run, inner, curve))
+            m = joint_motion(profile.runs, law, run, inner, curve)
+            jerk = np.abs(m.jerk_bend + m.jerk_slope) / robot.jerk
+            ratios = np.abs(m.v) / robot.speed, np.abs(m.a) / robot.acceleration, jerk  # (k, 6) each, 1 at the limit
             for ratio, power in zip(ratios, (1.0, 0.5, 1.0 / 3.0), strict=True):
                 np.maximum.at(needed, run, ratio.max(axis=1) ** power)
             for kind, ratio in enumerate(ratios):
@@ -58,9 +60,3 @@ def join_reports(reports: Sequence[LimitReport]) -> LimitReport:
     """One report for parts of a program that follow each other: largest use, sums of the times."""
     use = np.max([r.use for r in reports], axis=0)
     return LimitReport(use, sum(r.cycle_time for r in reports), sum(r.slower for r in reports))
-
-
-def _ratios(robot: Robot, m: JointMotion) -> tuple[Array, Array, Array]:
-    """Ratios (k, 6) of joint speed, acceleration and jerk to the limits of the robot, 1 = at the limit."""
-    jerk = np.abs(m.jerk_bend + m.jerk_slope) / robot.jerk
-    return np.abs(m.v) / robot.speed, np.abs(m.a) / robot.acceleration, jerk

@@ -6,15 +6,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import PPoly
-from scipy.linalg import solve_banded
 
 from postproc.arrays import Array
-from postproc.motion.path.samples import starts_chain
-from postproc.motion.values import Flags, Index, Move, Path
+from postproc.motion.path.samples import Samples
+from postproc.motion.values import Flags, Index, Move
 from postproc.robot.arm import Robot
 from postproc.robot.cells.cell import LETTERS, Joint, Kind
 from postproc.robot.cells.station import Station
+
+try:
+    from scipy.linalg._flapack import dgtsv  # the solver alone: all of scipy.linalg takes 40 ms to import
+except ImportError:  # another version of scipy has it elsewhere
+    from scipy.linalg.lapack import dgtsv
 
 TURN_ARM = 0.03  # [m/rad] a reorientation counts as travel on this radius,
 JOINT_ARM = 0.02  # and so does the turn of a joint: the parameter grows even where the TCP stands
@@ -37,13 +40,6 @@ class Limits:
     jerk: Array
 
 
-def axes_that_move(path: Path, station: Station | None) -> dict[int, Joint]:
-    """The external axes whose known positions change along a path, by their index 0 to 5 (eax_a to eax_f)."""
-    found = {LETTERS.index(letter): joint for letter, joint in (station.joints if station else {}).items()}
-    known = {k: path.axes[np.isfinite(path.axes[:, k]), k] for k in found}
-    return {k: found[k] for k in sorted(found) if len(known[k]) and np.ptp(known[k]) > STILL}
-
-
 def _known(column: Array) -> Array:
     """The column (n,) in which each NaN is replaced by the next finite value, or by the last one where none follows."""
     at = np.flatnonzero(np.isfinite(column))
@@ -60,6 +56,40 @@ def limits_of(robot: Robot, axes: Sequence[Joint]) -> Limits:
     jerk = [a / JERK for a in acceleration]
     return Limits(*(np.append(own, more) for own, more in zip(
         (robot.speed, robot.acceleration, robot.jerk), (speed, acceleration, jerk), strict=True)))  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Cubics:
+    """A piecewise cubic curve of c columns: sum of c[3 - j] (s - x)^j in each of the intervals between k places x.
+
+    Args:
+        c: (4, k - 1, c) coefficients; x: (k,) ascending.
+    """
+
+    c: Array
+    x: Array
+
+    def __call__(self, s: Array, order: int = 0) -> Array:
+        """The curve (n, c), or its first or second derivative, at parameters s (n,); the end cubics go on outside."""
+        i = np.clip(np.searchsorted(self.x, s, side="right") - 1, 0, len(self.x) - 2)
+        cubic, square, linear, constant = self.c[:, i]
+        h = (s - self.x[i])[:, None]
+        values: Array
+        if order == 0:
+            values = constant + linear * h + square * (h * h) + cubic * (h * h * h)
+        else:
+            values = linear + square * h * 2.0 + cubic * (h * h) * 3.0 if order == 1 else square * 2.0 + cubic * h * 6.0
+        return values
+
+    def derivatives(self, s: Array) -> tuple[Array, Array, Array]:
+        """First, second and third derivative (n, c) at parameters s (n,)."""
+        i = np.clip(np.searchsorted(self.x, s, side="right") - 1, 0, len(self.x) - 2)
+        cubic, square, linear, _ = self.c[:, i]
+        h = (s - self.x[i])[:, None]
+        third = 6.0 * cubic
+        second = third * h
+        first = (0.5 * second + 2.0 * square) * h + linear
+        return first, second + 2.0 * square, third
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,12 +133,12 @@ class Runs(Knots):
         limits: of the joints and of these axes.
     """
 
-    path: Path
+    path: Samples
     travel: Array
     turn: Array
     slides: Array
     kinds: tuple[Kind, ...]
-    curve: PPoly
+    curve: Cubics
     axes: tuple[int, ...]
     limits: Limits
 
@@ -122,18 +152,7 @@ class Runs(Knots):
         return [self.path.moves[i] for i in self.path.move[self.sample[knot]]]
 
 
-def derivatives(curve: PPoly, place: Array) -> tuple[Array, Array, Array]:
-    """First, second and third derivative (n, c) of a piecewise cubic curve at path parameters ``place`` (n,)."""
-    i = np.clip(np.searchsorted(curve.x, place, side="right") - 1, 0, len(curve.x) - 2)
-    cubic, square, linear, _ = curve.c[:, i]
-    x = (place - curve.x[i])[:, None]
-    third = 6.0 * cubic
-    second = third * x
-    first = (0.5 * second + 2.0 * square) * x + linear
-    return first, second + 2.0 * square, third
-
-
-def cut_runs(robot: Robot, path: Path, station: Station | None = None) -> Runs:
+def cut_runs(robot: Robot, path: Samples, station: Station | None = None) -> Runs:
     """Divide a path at its stops and lay splines of the joint angles over the travel in each run.
 
     The parameter grows by the root of the sum of squares of TCP travel, reorientation (at a radius of 30 mm), joint
@@ -144,13 +163,17 @@ def cut_runs(robot: Robot, path: Path, station: Station | None = None) -> Runs:
         station: states the external axes that move along with the joints.
     """
     n = len(path.q)
-    travel = np.diff(path.s)
+    travel = np.diff(path.way())
     R = path.T_work_tcp[:, :3, :3]
-    turn = rotation_angle(np.swapaxes(R[:-1], 1, 2) @ R[1:])
+    R = np.swapaxes(R[:-1], 1, 2) @ R[1:]  # from sample to sample; the arc tangent is accurate where they are small
+    axis = np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=1)
+    turn = np.arctan2(np.linalg.norm(axis, axis=1), np.trace(R, axis1=1, axis2=2) - 1.0)
     # A change of tool turns the TCP frame, not the arm.
-    same = path.mounts[:-1].same(path.mounts[1:])
-    turn = np.where(same, turn, 0.0)
-    moving = axes_that_move(path, station)
+    mounts = path.mounts_at(slice(None))
+    turn = np.where(mounts[:-1].same(mounts[1:]), turn, 0.0)
+    joints_of_axes = {LETTERS.index(x): joint for x, joint in (station.joints if station else {}).items()}
+    known = {k: path.axes[np.isfinite(path.axes[:, k]), k] for k in joints_of_axes}
+    moving = {k: joints_of_axes[k] for k in sorted(known) if len(known[k]) and np.ptp(known[k]) > STILL}
     share = np.where([joint.kind == "linear" for joint in moving.values()], 1.0, JOINT_ARM)
     axes = np.reshape([_known(path.axes[:, k]) for k in moving], (len(moving), n)).T
     slides = np.abs(np.diff(axes, axis=0))
@@ -160,7 +183,7 @@ def cut_runs(robot: Robot, path: Path, station: Station | None = None) -> Runs:
     )
     rest = np.zeros(n, dtype=bool)
     rest[path.goal[path.stop]] = True
-    live = (step > STILL) & ~starts_chain(path.moves, path.move)[1:]
+    live = (step > STILL) & ~path.starts_chain()[1:]
     begins = live & (rest[:-1] | ~np.append(False, live[:-1]))
     left = np.flatnonzero(live)
     of_run = np.cumsum(begins[left]) - 1
@@ -179,13 +202,7 @@ def cut_runs(robot: Robot, path: Path, station: Station | None = None) -> Runs:
     return Runs(sample, run, count, s, path, travels, turns, changes, kinds, curve, tuple(moving), limits)
 
 
-def rotation_angle(R: Array) -> Array:
-    """Angles (n,) [rad] of rotation matrices (n, 3, 3), accurate also where they are small."""
-    axis = np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=1)
-    return np.arctan2(np.linalg.norm(axis, axis=1), np.trace(R, axis1=1, axis2=2) - 1.0)
-
-
-def fit_spline(s: Array, q: Array, run: Index) -> PPoly:
+def fit_spline(s: Array, q: Array, run: Index) -> Cubics:
     """Cubic splines through q (k, c) at s (k,), twice differentiable inside each run (k,), independent between runs.
 
     The slopes d solve h_i d_(i-1) + 2 (h_(i-1) + h_i) d_i + h_(i-1) d_(i+1) = 3 (h_i m_(i-1) + h_(i-1) m_i) with chord
@@ -193,7 +210,7 @@ def fit_spline(s: Array, q: Array, run: Index) -> PPoly:
     """
     k, columns = q.shape
     if k < 2:
-        return PPoly(np.zeros((4, 1, columns)), np.array([0.0, 1.0]))
+        return Cubics(np.zeros((4, 1, columns)), np.array([0.0, 1.0]))
     h = np.diff(s)
     inside = np.diff(run) == 0
     slope = np.where(inside[:, None], np.diff(q, axis=0) / h[:, None], 0.0)
@@ -208,9 +225,8 @@ def fit_spline(s: Array, q: Array, run: Index) -> PPoly:
     diagonal[i], upper[i], right[i] = np.where(lone[i], 2.0, 1.0), 1.0, np.where(lone[i], 3.0, 2.0)[:, None] * slope[i]
     i = np.flatnonzero(tail)
     lower[i], right[i] = 1.0, 2 * slope[i - 1]
-    banded = np.stack([np.append(0.0, upper[:-1]), diagonal, np.append(lower[1:], 0.0)])
-    d = solve_banded((1, 1), banded, right)
+    d = dgtsv(lower[1:], diagonal, upper[:-1], right)[3]
     d0, d1, width = np.where(inside[:, None], d[:-1], 0.0), np.where(inside[:, None], d[1:], 0.0), h[:, None]
     cubic = (d0 + d1 - 2 * slope) / width**2
     square = (3 * slope - 2 * d0 - d1) / width
-    return PPoly(np.stack([cubic, square, d0, q[:-1]]), s)
+    return Cubics(np.stack([cubic, square, d0, q[:-1]]), s)

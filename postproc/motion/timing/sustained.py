@@ -13,7 +13,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy.ndimage import grey_opening
 
 from postproc.arrays import Array, blocks
 
@@ -48,9 +47,22 @@ def sustained(acceleration: Callable[[Array], Array], duration: float, t: Array,
         a = np.zeros((len(even), columns))
         a[inside] = acceleration(even[inside])
         for n in np.unique(level[rows]):
-            size = (max(1, int(np.ceil(np.exp(n * _LEVELS) / step))), 1)
-            opened = [grey_opening(part, size=size) for part in (np.maximum(a, 0.0), np.maximum(-a, 0.0))]
+            size = max(1, int(np.ceil(np.exp(n * _LEVELS) / step)))
+            opened = [_opening(part, size) for part in (np.maximum(a, 0.0), np.maximum(-a, 0.0))]
             chosen = rows[level[rows] == n]
             for j in range(columns):
                 result[chosen, j] = np.interp(t[chosen], even, opened[0][:, j] - opened[1][:, j])
     return result
+
+
+def _opening(values: Array, size: int) -> Array:
+    """Columns (k, c) of which every peak narrower than ``size`` rows is cut down: the largest of the smallest.
+
+    Beyond both ends the values are mirrored.
+    """
+    for take, ahead in ((np.minimum, size // 2), (np.maximum, size - 1 - size // 2)):
+        wide = np.pad(values, ((ahead, size - 1 - ahead), (0, 0)), mode="symmetric")
+        values = wide[: len(values)].copy()
+        for shift in range(1, size):
+            take(values, wide[shift : shift + len(values)], out=values)
+    return values

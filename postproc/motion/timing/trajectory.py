@@ -1,16 +1,23 @@
-"""A path with time: speeds and accelerations at every sample, on the jerk-limited profile."""
+"""A path with time: speeds and accelerations at every sample, on the jerk-limited profile.
+
+A long program is timed in legs that begin and end at rest, so that working memory grows with the longest leg.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from postproc.arrays import Array, blocks, gravity_in, invert
+from postproc.motion.path.samples import Samples
 from postproc.motion.timing.inertia import point_velocity
 from postproc.motion.timing.jerk_limited import Profile, joint_motion, limited_law, slope_acceleration
 from postproc.motion.timing.spline import cut_runs
 from postproc.motion.timing.sustained import sustained
 from postproc.motion.timing.timelaw import times_at
-from postproc.motion.values import Flags, Path, Trajectory, frames_at
+from postproc.motion.values import Flags, Index, Move, frames_at
 from postproc.robot.arm import Robot
 from postproc.robot.cells.station import INSTANT, Station
 from postproc.robot.kinematics import body_poses
@@ -20,12 +27,61 @@ SHORTEST_PERIOD = 0.02  # [s] a stiffer (or rigid) arm follows every acceleratio
 STEADY = 1e-3  # relative change of the TCP speed between samples that counts as constant speed
 STANDSTILL = 1e-9  # [m/s]
 NEGLIGIBLE = 1e-4  # [rad/s^2], [m/s^2]: no arm bends by a hundredth of a micrometre under so little
+LONGEST_LEG = 10_000  # samples after which the next stop ends a leg
 FIRST_PERIOD = 0.1  # [s] where no model says better: 10 Hz, usual for arms of this size
+
+
+@dataclass(frozen=True, slots=True)
+class Trajectory:
+    """A path with time, on the jerk-limited profile.
+
+    Args:
+        path: samples that the arrays below belong to.
+        t: (n,) time [s].
+        v, a: (n, 6) joint speeds and accelerations [rad/s, rad/s^2].
+        a_sustained: (n, 6) accelerations that last longer than the first natural period: what compensation uses.
+        tcp_speed: (n,) on the work [m/s].
+        profile: the path as a function of its parameter and the time law along it.
+        axes_v, axes_a_sustained: (n, 6) speeds and lasting accelerations of the external axes [m or rad per s, s^2].
+    """
+
+    path: Samples
+    t: Array
+    v: Array
+    a: Array
+    a_sustained: Array
+    tcp_speed: Array
+    profile: Profile
+    axes_v: Array
+    axes_a_sustained: Array
+
+
+def cut_legs(moves: tuple[Move, ...], size: Index, most: int = LONGEST_LEG) -> Iterator[tuple[int, tuple[Move, ...]]]:
+    """Divide a program at stops, once ``most`` samples are reached, into legs of consecutive moves.
+
+    Each leg comes as the index of its first move, and its moves; a leg that starts where the arm has stopped begins
+    with the move to that stop. A program without a stop is one leg, however long it is.
+
+    Args:
+        size: (m,) approximate number of samples of each move.
+        most: samples after which the next stop ends a leg.
+    """
+    begin, load = 0, 0
+    for i in range(1, len(moves) + 1):
+        load += int(size[i - 1])
+        rest = i == len(moves) or (load >= most and (moves[i].first or moves[i - 1].fine))
+        if not rest:
+            continue
+        if begin == 0 or moves[begin].first:
+            yield begin, moves[begin:i]
+        else:
+            yield begin - 1, (replace(moves[begin - 1], first=True), *moves[begin:i])
+        begin, load = i, 0
 
 
 def retime(
     robot: Robot,
-    path: Path,
+    path: Samples,
     period: Array | None = None,
     gravity: Array = FLOOR,
     station: Station | None = None,
@@ -64,7 +120,7 @@ def retime(
     tcp_speed = np.empty(n)
     for part in blocks(n):
         # The work goes past a stationary tool as fast as the tool goes over the work.
-        point = path.mounts[part].base_tcp(path.T_work_tcp[part])[:, :3, 3]
+        point = path.mounts_at(part).base_tcp(path.T_work_tcp[part])[:, :3, 3]
         velocity = point_velocity(robot, body_poses(robot, path.q[part]), v[part, :6], point)
         velocity -= _frame_velocity(path, part, axes_v[part], point)
         tcp_speed[part] = np.linalg.norm(velocity, axis=1)
@@ -83,7 +139,7 @@ def retime(
     return Trajectory(path, t, v[:, :6], a[:, :6], a_sustained[:, :6], tcp_speed, profile, axes_v, axes_kept)
 
 
-def _frame_velocity(path: Path, part: slice, axes_v: Array, point: Array) -> Array:
+def _frame_velocity(path: Samples, part: slice, axes_v: Array, point: Array) -> Array:
     """Velocities (k, 3) [m/s] in the base of points fixed in the frame of the work or of the stationary tool.
 
     Args:
@@ -91,7 +147,7 @@ def _frame_velocity(path: Path, part: slice, axes_v: Array, point: Array) -> Arr
         axes_v: (k, 6) speeds of the external axes [m/s], [rad/s].
         point: (k, 3) positions in the base [m].
     """
-    mounts = path.mounts[part]
+    mounts = path.mounts_at(part)
     if mounts.T_base_frame is None or mounts.frame is None or not axes_v.any():
         return np.zeros_like(point)
     frames = list(dict.fromkeys(m.frame for m in path.moves))

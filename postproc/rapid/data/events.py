@@ -315,7 +315,7 @@ class MotionEvent:
     @property
     def searched(self) -> bool:
         """Whether one of the reasons in ``unknowns`` goes back to a position that a search instruction finds."""
-        return any(unknown.root.kind is Kind.FOUND_BY_SEARCH for unknown in self.unknowns)
+        return any([unknown.root.kind is Kind.FOUND_BY_SEARCH for unknown in self.unknowns])
 
 
 def executions_of(events: Sequence[MotionEvent]) -> dict[StatementKey, list[int]]:
@@ -323,4 +323,4 @@ def executions_of(events: Sequence[MotionEvent]) -> dict[StatementKey, list[int]
 
     Events without a motion, which put the arm back to where another way led it (``resumes_from``), are left out.
     """
-    return grouped((event.statement.key, i) for i, event in enumerate(events) if event.resumes_from is None)
+    return grouped([(event.statement.key, i) for i, event in enumerate(events) if event.resumes_from is None])

@@ -103,7 +103,7 @@ class EventMaker:
         """Target, its origin, circle point and its origin; the target is None if one of the places is not known.
 
         Args:
-            reasons: gets why places are not known; found: gets the findings about it.
+            reasons: gets why places are not known; findings: gets the findings about it.
         """
         shape = statement.shape
         signature, roles = shape.signature, shape.roles

@@ -138,7 +138,7 @@ def shown_to_users(walked: Iterable[Diagnostic], events: Sequence[MotionEvent]) 
     """
     unseen = [d for d in walked if d.matter is Matter.UNSEEN]
     shown = [d for d in walked if d not in unseen]
-    assumed = sum(bool(event.assumed) for event in events)
+    assumed = len([event for event in events if event.assumed])
     if not unseen or not assumed:
         return shown
     named = ", ".join(f"`{d.name}`" for d in unseen[:MOST_ROUTINES_NAMED])

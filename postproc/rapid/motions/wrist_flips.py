@@ -27,7 +27,7 @@ def assume_wrist(events: Sequence[MotionEvent]) -> tuple[list[MotionEvent], list
         The events, and RAP026 at each statement for which it is assumed.
     """
     assumed = list(events)
-    if not any(event.options.get(SETTING) for event in events):
+    if not any([now.options.get(SETTING) for now in {event.in_force for event in events}]):
         return assumed, []
     findings: dict[object, Diagnostic] = {}
     for i, (before, event) in enumerate(pairwise(events), 1):

@@ -223,7 +223,8 @@ def _read_motions(
 def _in_text_order(motions: Mapping[StatementKey, MotionStatement]) -> tuple[MotionStatement, ...]:
     """The motion statements sorted by their place in the text, file after file."""
     files = {path: number for number, path in enumerate(dict.fromkeys([path for path, _ in motions]))}
-    return tuple([motions[key] for key in sorted(motions, key=lambda key: (files[key[0]], key[1]))])
+    ordered = sorted([(files[path], at, path) for path, at in motions])
+    return tuple([motions[path, at] for _, at, path in ordered])
 
 
 def _read_source(source: Source) -> tuple[list[Module], list[Diagnostic]]:
