@@ -143,10 +143,9 @@ class Planner:
     def plan(self) -> CorrectionPlan:
         """Decide which texts get which corrections and which statements are added.
 
-        That repeats as long as further statements have to stay uncorrected or further arcs undivided; both sets only
-        grow, so it ends.
+        That repeats as long as further statements have to stay uncorrected; they only become more, so it ends.
         """
-        left, whole = self._left_by_choice(), dict[int, str]()
+        left = self._left_by_choice()
         while True:
             goals = self.writer.assign(self.requester.goals(self._chosen(left)))
             if goals.left:
@@ -155,21 +154,20 @@ class Planner:
             placed = self._placed(left, goals)
             written = place_targets(self.model, self.samples, self.exact, placed)
             curve, transitions = commanded_curve(self.model, self.samples, self.exact, written, self.time)
-            shares = self._divided(curve, left, whole)
+            shares = self._divided(curve, left)
             vias = self.writer.assign(self.requester.vias(self._chosen(left), written, curve), goals)
             corrected = self.writer.corrected([goals, vias])
             adder = TargetAdder(self.requester, curve, self.program, corrected, self.divisible.why_not)
             added = adder.add(shares, 1e3 * self.division.tolerance)
             # A divided arc states the circle point of its last part, worked out from the one of the whole arc.
-            divided = {self.keys[i] for i in shares}
+            divided = {self.keys[i] for i in added.shares}
             changes, places = self.writer.changes([goals, vias.without({(key, "via") for key in divided})])
             stays = {i: shift for i, shift in placed.items() if not shift.any()}
             must_stay = {key: why for key, why in vias.left.items() if key not in divided}
             must_stay |= spoiled_starts(self.motion, self.exact, written, stays)
-            arcs = {i: why for i, why in added.refused.items() if self.samples.curves.arc[i]}
-            if must_stay.keys() <= left.keys() and arcs.keys() <= whole.keys():
+            if must_stay.keys() <= left.keys():
                 break
-            left, whole = left | must_stay, whole | arcs
+            left |= must_stay
         least = self.motion.options.tolerance_m / 2
         transitions += find_reversals(self.model, self.samples, curve, self.time, least)
         changes += tuple(added.circle_points)
@@ -186,7 +184,7 @@ class Planner:
             tuple(added.insertions),
             added.shares,
             tuple(transitions),
-            {**added.refused, **whole},
+            added.refused,
             self.divisible.why_not,
             self.tolerance,
             self.division.tolerance,
@@ -212,20 +210,17 @@ class Planner:
         """Indices of the moves whose statements are not in ``left``."""
         return [i for i, key in enumerate(self.keys) if key not in left]
 
-    def _divided(
-        self, curve: Array, left: Mapping[StatementKey, str], whole: Mapping[int, str]
-    ) -> dict[int, tuple[float, ...]]:
+    def _divided(self, curve: Array, left: Mapping[StatementKey, str]) -> dict[int, tuple[float, ...]]:
         """By move that needs added targets, the fractions of its way at which it needs them.
 
         Args:
             curve: (n, 4, 4) commanded poses.
             left: statements that stay uncorrected; nothing is added before them.
-            whole: moves that must not be divided, with the reason.
         """
 
         def divisible(i: int) -> bool:
             """Whether move i may be divided."""
-            return i not in whole and self.keys[i] not in left and not self.divisible.why_not(i)
+            return self.keys[i] not in left and not self.divisible.why_not(i)
 
         return divide_moves(self.division, curve, divisible)
 
