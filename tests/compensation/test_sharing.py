@@ -7,7 +7,6 @@ import re
 import numpy as np
 import pytest
 
-from postproc.compensation.text.added_targets import UNLIKE
 from postproc.compensation.text.laws import fit_affine
 from postproc.compensation.text.predecessors import ELSEWHERE
 from tests.compensation.build import convert, events, independent, lines_of, module, target, written
@@ -384,14 +383,30 @@ def test_runs_on_displaced_work_share_the_targets_that_are_added() -> None:
     assert again.after == pytest.approx(found.report["max_error_after_mm"], abs=0.002)
 
 
-def test_runs_of_unlike_lengths_share_no_targets() -> None:
-    """What a line lacks grows with the square of its length."""
-    ends = "".join(f"CONST robtarget q{k}:={target(90, y, 500)};\n" for k, y in enumerate((200, -300)))
-    long = "  PROC long(robtarget q)\n    MoveL p,v500,fine,tT\\WObj:=wT;\n    MoveL q,v500,fine,tT\\WObj:=wT;\n  ENDPROC\n"
-    text = module(f"CONST robtarget p:={target(50, -900, 500)};\n{ends}", "long q0;\nlong q1;", long)
+SEAMS = [((50, -900, 500), (90, 200, 500)), ((150, -800, 520), (150, 150, 500)), ((20, -500, 500), (80, 100, 510))]
+
+
+@pytest.mark.parametrize("body", ["FOR i FROM 1 TO 3 DO\nweld pS{i},pE{i};\nENDFOR", "loop;"])
+def test_seams_of_unlike_lengths_share_targets(body: str) -> None:
+    """What a line lacks grows with the square of its length, and so does the displacement of an added target."""
+    starts, ends = (",".join(target(*seam[k]) for seam in SEAMS) for k in (0, 1))
+    data = f"CONST robtarget pS{{3}}:=[{starts}];\nCONST robtarget pE{{3}}:=[{ends}];"
+    weld = """    MoveJ Offs(@S,0,0,60),v500,fine,tT\\WObj:=wT;
+    ArcLStart @S,v100,sm,wd,fine,tT\\WObj:=wT;
+    ArcLEnd @E,v100,sm,wd,fine,tT\\WObj:=wT; ! the whole seam
+"""
+    of_array = weld.replace("@S", "pS{i}").replace("@E", "pE{i}")
+    loop = f"  PROC loop()\nFOR i FROM 1 TO 3 DO\n{of_array}ENDFOR\n  ENDPROC\n"
+    handed = f"  PROC weld(robtarget S,robtarget E)\n{weld.replace('@', '')}  ENDPROC\n"
+    text = module(data, body, loop if body == "loop;" else handed)
     found = convert(text)
-    assert found.report["added_targets"] == 0
-    assert f"no target was added: {UNLIKE}" in [d.help for d in found.diagnostics if d.code == "CMP006"]
+    after = found.report["max_error_after_mm"]
+    assert found.report["max_error_before_mm"] > 0.7
+    assert found.report["added_targets"] > 0 and re.search(r"ArcL ppLinePoint\(.*\\length:=\d+\)", written(found))
+    assert after == pytest.approx(0.008, abs=0.002)  # 0.29 without added targets
+    again = independent(text, found)
+    assert again.violations == []
+    assert again.after == pytest.approx(after, abs=0.002)
 
 
 def test_runs_from_several_places_share_no_added_targets() -> None:

@@ -283,13 +283,24 @@ class TargetAdder:
         places = np.array([value.pose.trans for value in values])
         if texts is not None:
             places -= [point_at(np.array([end.trans for end in run.ends]), share) for run in runs]
-        x, y, z = (middle := midrange(places)).tolist()
+        most = [max(within_mm, run.lacks_mm[k] / 2) for run in runs]
+        middle, length = midrange(places), 0
         off = np.linalg.norm(places - middle, axis=1)
-        if (off > [max(within_mm, run.lacks_mm[k] / 2) for run in runs]).any():
+        if (off > most).any() and texts is not None and len(texts) == 2:
+            # What a line lacks goes with the square of its length.
+            ends = np.array([[run.ends[0].trans, run.ends[-1].trans] for run in runs])
+            lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+            length = round(float(lengths.max()))
+            bend = (lengths / length)[:, None] ** 2
+            middle = (bend * places).sum(axis=0) / (bend**2).sum()
+            off = np.linalg.norm(places - bend * middle, axis=1)
+        if (off > most).any():
             raise _Whole(UNLIKE)
+        x, y, z = middle.tolist()
         if texts is not None:
             function = free_name(self.program, LINE_FUNCTION if len(texts) == 2 else ARC_FUNCTION)
-            return replace(values[0], point=PathPoint(function, texts, round(share, SHARE_DECIMALS), (x, y, z)))
+            point = PathPoint(function, texts, round(share, SHARE_DECIMALS), (x, y, z), length=length)
+            return replace(values[0], point=point)
         if any(not compliant(value.robconf, values[0].robconf) for value in values):
             raise _Whole(UNLIKE)
         return replace(values[0], pose=replace(values[0].pose, trans=(x, y, z)))

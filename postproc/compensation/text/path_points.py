@@ -24,7 +24,7 @@ HIDDEN = "the program has a name of its own for `{}`, which a target between its
 SHARE_DECIMALS = 5
 LINE_FUNCTION, ARC_FUNCTION = "ppLinePoint", "ppArcPoint"
 # What the functions call and declare.
-LINE_NAMES = ("Present", "ATan2", "Sqrt", "Sin", "robtarget", "confdata", "orient", "pos", "num")
+LINE_NAMES = ("Present", "Distance", "ATan2", "Sqrt", "Sin", "robtarget", "confdata", "orient", "pos", "num")
 ARC_NAMES = (*LINE_NAMES, "DotProd", "Cos", "Abs")
 
 

@@ -40,6 +40,8 @@ class PathPoint:
         offset: displacement of the point [mm], axes of the object.
         turns: quarter turns of axes 1, 4 and 6 from the configuration of the nearer end, and 1 where axis 5 has the
             other sign; None for none.
+        length: length [mm] of the line for which the displacement holds, which goes with the square of the length; 0
+            where it holds for any.
     """
 
     function: str
@@ -47,6 +49,7 @@ class PathPoint:
     share: float
     offset: Vec3
     turns: Conf | None = None
+    length: int = 0
 
     @property
     def on_arc(self) -> bool:
