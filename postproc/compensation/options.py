@@ -17,7 +17,7 @@ One below it holds for the model, whatever is expected to remain on the arm; the
 """
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Options:
     """Choices of one conversion. Lengths are millimetres where people state them, metres here.
 

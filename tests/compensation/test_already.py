@@ -111,9 +111,9 @@ def model() -> Model:
 
 
 def convert(model: Model, *already: str) -> Conversion:
-    return compensate_program(
-        Source("m.mod", PROGRAM.encode()), model, Options(0.01e-3, 0.01e-3, force=FORCE, inertia=False, already=already)
-    )
+    near = {"tolerance_m": 1e-5, "air_tolerance_m": 1e-5}
+    options = Options(**near, force=FORCE, inertia=False, already=already)
+    return compensate_program(Source("m.mod", PROGRAM.encode()), model, options)
 
 
 @pytest.mark.parametrize(

@@ -104,9 +104,9 @@ def test_a_penalised_basis_gives_the_penalised_fit_and_its_hold_out():
     w = np.array([0, 0, 1.0, 2.0, 3.0, 0.5, 0.1])
     hat = A @ np.linalg.solve(A.T @ A + np.diag(w**2), A.T)
     for many in (150, 3):  # QR, and the normal equations
-        module.MANY, before = many, module.MANY
+        module.MANY_COLUMNS, before = many, module.MANY_COLUMNS
         U = module.basis_of(A, w)
-        module.MANY = before
+        module.MANY_COLUMNS = before
         np.testing.assert_allclose(U @ U.T, hat, atol=1e-10)
     blocks = np.arange(60) // 6
     inside = blocks == 4
