@@ -1,25 +1,11 @@
-"""Small programs and what the reader makes of them, one row for each: ``corpus/*.txt``.
+"""Small programs and the motions that the reader follows in them: a row for each in ``corpus/*.txt``.
 
-A file is made of groups::
-
-    # what the group shows
-    with DATA                          declarations that all its programs have; a file's first lines give some to all
-    show NAME ..                       what is written of every event beside its place, where it is not the usual value
-    + DATA                             further declarations of the program that follows
-    STATEMENTS                         the body of ``main``, one line or several; or a file that begins with MODULE
-      = EVENT | EVENT                  the motions that are followed: `x` or `x,y,z` of the target, `?` where there is none
-      ! CODE severity: message         what is reported of the program
-    STATEMENTS => EVENT | EVENT        the same in one line
-
-``@(n)`` stands for ``MoveL Offs(p,n,0,0),v100,z10,tool0;`` and ``@n`` for the same with one word, ``@z(n)`` for one n mm
-higher, ``@[q]`` for a move to ``q`` itself, ``@{1,2,3}`` for the numbers of a target.
+A motion is shown as `x` or `x,y,z` of its target, `?` where there is none; what is as `target()` writes it is left out.
 """
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -28,74 +14,8 @@ import pytest
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.data.records import JointTarget, RobTarget
 from postproc.rapid.execution.walk import walk_program
-from tests.rapid.build import module, program, target
-
-FOLDER = Path(__file__).parent / "corpus"
-TARGET = re.compile(r"@\{([^{}]*)\}")
-MOVE = re.compile(r"@(z?)(?:(\w+)|\(((?:[^()]|\([^()]*\))*)\)|\[([^\[\]]*)\])")
-
-
-@dataclass(frozen=True)
-class Case:
-    place: str  # file and line
-    text: str  # of the program
-    facets: tuple[str, ...]
-    expected: str
-
-
-def written(text: str) -> str:
-    """The statements with every short form written out."""
-
-    def move(match: re.Match[str]) -> str:
-        up, word, offset, goal = match.groups()
-        if goal is not None:
-            return f"MoveL {goal},v100,z10,tool0;"
-        offset = offset or word
-        return f"MoveL Offs(p,{f'0,0,{offset}' if up else f'{offset},0,0'}),v100,z10,tool0;"
-
-    numbers = TARGET.sub(lambda match: target(*match[1].split(",")), text)
-    return MOVE.sub(move, numbers)
-
-
-def cases(path: Path) -> Iterator[Case]:
-    """The programs of a file with their rows."""
-    groups = re.split(r"^# .*\n", path.read_text(encoding="utf-8"), flags=re.M)
-    common, row = "", 1
-    for i, group in enumerate(groups):
-        data, own, body, expected = common, "", [], []
-        facets: tuple[str, ...] = ()
-        for number, line in enumerate([*group.splitlines(), ""], row):
-            if expected and not line.startswith("  "):
-                text = "\n".join(body)
-                whole = text if text.startswith("MODULE") else module(text, data + own).decode("latin-1")
-                yield Case(f"{path.stem}:{number}", written(whole), facets, "\n".join(expected))
-                own, body, expected = "", [], []
-            word, _, rest = line.partition(" ")
-            statements, arrow, events = line.rpartition(" => ")
-            if word == "with":
-                data += rest + "\n"
-            elif word == "+":
-                own += rest + "\n"
-            elif word == "show":
-                facets = tuple(rest.split())
-            elif line.startswith(("  = ", "  ! ")):
-                expected.append(line)
-            elif arrow:
-                body.append(statements)
-                expected.append(f"  = {events}")
-            elif line:
-                body.append(line)
-        common = data if i == 0 else common
-        row += group.count("\n") + 1
-
-
-def short(value: Any) -> str:
-    """A value as it is written in a row."""
-    if isinstance(value, float | int) and not isinstance(value, bool):
-        return f"{value:.6g}"
-    if isinstance(value, tuple):
-        return ",".join(map(short, value))
-    return str(value)
+from tests.corpus import Case, cases, short
+from tests.rapid.build import program
 
 
 def field(path: str) -> Callable[[MotionEvent], Any]:
@@ -178,7 +98,7 @@ def row(events: list[MotionEvent], facets: tuple[str, ...]) -> str:
     return "  = " + (" | ".join(parts) or "nothing")
 
 
-ALL = [case for path in sorted(FOLDER.glob("*.txt")) for case in cases(path)]
+ALL = [case for path in sorted((Path(__file__).parent / "corpus").glob("*.txt")) for case in cases(path)]
 
 
 @pytest.mark.parametrize("case", ALL, ids=[case.place for case in ALL])
