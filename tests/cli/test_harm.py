@@ -110,20 +110,6 @@ def test_a_write_that_is_stopped_leaves_nothing(tmp_path: Path, monkeypatch: pyt
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize(
-    "words",
-    [("--tolerance", "1_0"), ("--tolerance", "\u0661"), ("--force", "-18_2316,0,0"), ("--channel", "temperature=3_0")],
-)
-def test_numbers_are_as_people_write_them(call: Call, program: Path, words: tuple[str, str]) -> None:
-    found = call("compensate", program, "--check", *words)
-    assert found.code == 2 and re.search(r"error\[CLI00[16]\]", found.err)
-    for command in (
-        ("batch", program.parent, "-o", program.parent / "out", "--workers", "1_0"),
-        ("plan", "m", "t", "-n", "1_0"),
-    ):
-        assert "error[CLI001]" in call(*command).err
-
-
 def test_numbers_of_tables_are_as_people_write_them(call: Call, samples: Path, tmp_path: Path) -> None:
     lines = (samples / "measurements" / "simulated_backlash.csv").read_text("utf-8").splitlines(keepends=True)
     cells = lines[3].split(",")

@@ -152,45 +152,6 @@ def test_poses_that_would_tell_two_effects_apart(call: Call, cell: Path, tmp_pat
         assert "error[CLI010]" in call("plan", model, data, "--between", wrong).err
 
 
-@pytest.mark.parametrize(
-    ("arguments", "code"),
-    [
-        (("fit", "none.csv", "--robot", "irb4600_60_205", "--effects", BASE), "CLI002"),
-        (("fit", "{data}", "--robot", "irb1", "--effects", BASE), "KIN006"),
-        (("fit", "{data}", "--robot", "irb4600_60_205", "--effects", "backlsh"), "EFF020"),
-        (("fit", "{data}", "--robot", "irb4600_60_205", "--effects", BASE, "-o", "{data}"), "CLI007"),
-        (("fit", "{data}", "--robot", "irb4600_60_205", "--effects", BASE, "--noise", "0"), "CLI001"),
-        (("compare", "none.toml", "{data}"), "CLI002"),
-        (("compare", "{data}", "{data}"), "CLI012"),
-        (("compare", "{model}", "{program}"), "DAT"),
-        (("compare", "{model}", "{model}"), "DAT"),
-        (("add", "{model}", "backlsh", "--data", "{data}"), "EFF020"),
-        (("add", "{model}", "servo_lag", "--data", "{data}"), "DAT021"),
-        (("add", "{model}", "--data", "{data}"), "CLI011"),
-        (("add", "{model}", "backlash", "--data", "{data}", "-o", "{data}"), "CLI007"),
-        (("compare", "{model}", "{data}", "--report", "{model}"), "CLI007"),
-        (("diagnose", "{model}", "{data}", "--report", "{model}"), "CLI007"),
-        (("plan", "{model}", "{data}", "-o", "{model}"), "CLI007"),
-        (("plan", "{model}", "{data}", "-o", "new.csv", "--rapid", "new.csv"), "CLI007"),
-        (("predict", "{model}", "{data}", "-o", "{data}"), "CLI007"),
-        (("predict", "{model}", "{data}", "-o", "{model}"), "CLI007"),
-        (("diagnose", "{model}", "{data}", "--effects", "{program}"), "EFF001"),
-    ],
-)
-def test_bad_input(call: Call, cell: Path, samples: Path, arguments: tuple[str, ...], code: str) -> None:
-    known = {
-        "data": cell / "fit.csv",
-        "model": samples / "models" / "irb4600_60_205.toml",
-        "program": samples / "hull_seam.mod",
-    }
-    before = (cell / "fit.csv").read_bytes()
-    outcome = call(*(argument.format(**known) for argument in arguments))
-    assert outcome.code == 2
-    assert outcome.out == ""
-    assert f"error[{code}" in outcome.err
-    assert (cell / "fit.csv").read_bytes() == before
-
-
 def test_the_next_command_reads_the_table_in_the_same_way(call: Call, cell: Path, tmp_path: Path) -> None:
     fitted = call(
         "fit", cell / "fit.csv", "--robot", "irb4600_60_205", "--effects", BASE, "--noise", "0.03", "-o", tmp_path / "m"
@@ -429,8 +390,3 @@ def test_an_arm_that_hangs_is_fitted_as_it_hangs(call: Call, tmp_path: Path) -> 
     _, predicted = positions(tmp_path / "out.csv")
     _, true = positions(tmp_path / "validate_true.csv")
     assert np.sqrt(np.mean((predicted - true) ** 2)) < 0.6 * NOISE_MM
-
-
-def test_a_mounting_that_is_no_angles_is_told_what_to_write(call: Call, cell: Path) -> None:
-    told = call("fit", cell / "fit.csv", "--robot", "irb4600_60_205", "--mounting", "gantry")
-    assert told.code == 2 and "CLI006" in told.err and "write `--mounting 180,0,0`" in told.err
