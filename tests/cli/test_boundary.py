@@ -18,7 +18,7 @@ from postproc import __version__
 from postproc.cli.app import build
 from postproc.cli.convert.finish import finish, unified_diff
 from postproc.cli.inputs import read_source
-from postproc.cli.options import parse_channel, parse_vector
+from postproc.cli.options import parse_channel
 from postproc.cli.output import check_outputs, write
 from postproc.cli.printing import print_document, say_next, show
 from postproc.cli.run import run
@@ -48,17 +48,6 @@ def test_internal_error_leaves_a_trace_in_a_file(
     (trace,) = tmp_path.iterdir()
     assert str(trace) in captured.err
     assert "raise KeyError" in trace.read_text()
-
-
-def test_findings_carry_their_exit_code(capsys: pytest.CaptureFixture[str]) -> None:
-    app = App(print_error=False, exit_on_error=False, result_action="return_value")
-
-    @app.default
-    def unsafe() -> None:
-        raise PostprocError(Diagnostic("KIN001", "error", "out of reach"), exit_code=1)
-
-    assert run(app, []) == 1
-    assert capsys.readouterr().err == "error[KIN001]: out of reach\n"
 
 
 def test_a_closed_pipe_is_not_an_error() -> None:
@@ -95,26 +84,6 @@ def test_a_full_disk_is_told() -> None:
     assert process.returncode == 2
     assert process.stderr.startswith("error[CLI008]: cannot write to stdout: the disk is full\n  = help: make space")
     assert process.stderr.count("\n") == 2
-
-
-@pytest.mark.parametrize(
-    ("name", "content", "code"),
-    [("missing.mod", None, "CLI002"), ("empty.mod", b"", "CLI005"), ("blank.mod", b" \r\n\t\n", "CLI005")],
-)
-def test_files_that_cannot_be_used(tmp_path: Path, name: str, content: bytes | None, code: str) -> None:
-    path = tmp_path / name
-    if content is not None:
-        path.write_bytes(content)
-    with pytest.raises(PostprocError) as caught:
-        read_source(str(path))
-    assert caught.value.exit_code == 2
-    assert [d.code for d in caught.value.diagnostics] == [code]
-    assert str(path) in str(caught.value)
-
-
-def test_a_folder_is_not_a_program(tmp_path: Path) -> None:
-    with pytest.raises(PostprocError, match="CLI003"):
-        read_source(str(tmp_path))
 
 
 def test_an_unreadable_name(tmp_path: Path) -> None:
@@ -162,13 +131,6 @@ def test_streams_may_be_closed(samples: Path, tmp_path: Path) -> None:
     assert (tmp_path / "x.mod").exists()
 
 
-def test_vectors() -> None:
-    assert parse_vector("--force", "200,-200,-2e2") == (200.0, -200.0, -200.0)
-    for wrong in ("", "1,2", "1,2,3,4", "a,b,c", "nan,0,0", "inf,0,0", "1;2;3"):
-        with pytest.raises(PostprocError, match="CLI006"):
-            parse_vector("--force", wrong)
-
-
 def test_channels_are_names_with_numbers() -> None:
     assert parse_channel("temperature= -3.5") == ("temperature", -3.5)
     assert parse_channel("shift=night=1") == ("shift=night", 1.0)
@@ -178,19 +140,6 @@ def test_channels_are_names_with_numbers() -> None:
     for wrong in ("temperature", "=3", "t=warm", "t=nan"):
         with pytest.raises(PostprocError, match="CLI006"):
             parse_channel(wrong)
-
-
-def test_the_input_is_never_the_output(tmp_path: Path) -> None:
-    program = tmp_path / "p.mod"
-    program.write_text("MODULE p")
-    link = tmp_path / "link.mod"
-    link.symlink_to(program)
-    for output in (program, link, tmp_path / "." / "p.mod"):
-        with pytest.raises(PostprocError, match="CLI007"):
-            check_outputs(("table.csv", None, str(program)), None, output)
-    with pytest.raises(PostprocError, match="CLI007"):
-        check_outputs(("<stdin>",), tmp_path / "q.mod", tmp_path / "q.mod")
-    check_outputs((str(program), "<stdin>"), None, tmp_path / "q.mod", tmp_path / "q.html")
 
 
 def test_a_pipe_stays_a_pipe(tmp_path: Path) -> None:

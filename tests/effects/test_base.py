@@ -115,14 +115,6 @@ def test_wrong_tables_are_named(table, code, message, help):
     assert error.value.diagnostics[0].code == code
 
 
-def test_all_problems_at_once():
-    assert [p.field for p in Wobble.problems({"gain_rad": 3.0, "knee_Nm": [1], "extra": 0, "law": 1})] == [
-        "extra",
-        "law",
-    ]
-    assert [p.field for p in Wobble.problems({"gain_rad": 3.0, "knee_Nm": [1]})] == ["gain_rad", "knee_Nm"]
-
-
 def test_unrecorded_channels_give_nothing_instead_of_an_error():
     state = State(q=np.ones((3, 6)))
     assert Wobble.missing(state) == ("humidity",)
@@ -140,13 +132,6 @@ def test_library_is_silent_on_a_bare_state(cls):
     load_of(effect, state)
 
 
-def test_channels_that_the_model_fills_do_not_count_as_missing():
-    class Stiffener(Effect, reads=("load", "robot", "pose")):
-        """Reads what the model works out."""
-
-    assert Stiffener.missing(State(q=np.zeros((1, 6)))) == ()
-
-
 def test_derived_classes_keep_what_they_do_not_state():
     class Slop(Backlash):
         """Backlash under another name."""
@@ -159,16 +144,6 @@ def test_forms_by_joint_screen_amplitudes_and_refit_what_forms_them():
     assert [f.label for f in forms] == ["all joints", *(f"joint {j}" for j in range(1, 7))]
     assert [f.count for f in forms] == [6, 1, 1, 1, 1, 1, 1]
     assert forms[3].free.tolist() == [False, False, True, False, False, False]
-
-
-def test_bodies_that_stand_still_are_left_out():
-    class Push(Effect):
-        """Moves one of two bodies."""
-
-        def displacement(self, state):
-            return Displacement(body={1: np.zeros((len(state), 6)), 2: np.ones((len(state), 6))})
-
-    assert list(displacement_of(Push(), State(q=np.zeros((2, 6)))).body) == [2]
 
 
 @pytest.mark.parametrize("cls", BUILT_IN, ids=lambda c: c.key)

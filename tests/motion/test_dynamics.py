@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from postproc.motion.path.samples import sample_path
 from postproc.motion.smoothing import GENTLE, SHARE, transition
-from postproc.motion.timing.inertia import inertial_torque, point_velocity
+from postproc.motion.timing.inertia import inertial_torque
 from postproc.motion.timing.sustained import sustained
 from postproc.motion.timing.trajectory import retime
 from postproc.robot.kinematics import body_poses, jacobian
-from tests.motion.build import ROBOT, TORCH, chain, joint, line, pose, tcp
+from tests.motion.build import ROBOT, TORCH, chain, joint, line, pose
 
 
 def kept(a: np.ndarray, period: float, dt: float = 0.001) -> np.ndarray:
@@ -32,18 +30,6 @@ def test_a_burst_vanishes_and_what_lasts_stays_in_full() -> None:
     lasting = np.where((t > 0.5) & (t < 1.5), -3.0, 0.0)
     away = (np.abs(t - 0.5) > 0.0126) & (np.abs(t - 1.5) > 0.0126)  # one step of an eighth of the period
     assert kept(lasting, 0.1)[away] == pytest.approx(lasting[away])
-
-
-@given(st.integers(0, 200), st.floats(0.02, 0.2))
-def test_never_more_than_there_is_nearby(seed: int, period: float) -> None:
-    rng = np.random.default_rng(seed)
-    a = np.convolve(rng.normal(size=400), np.ones(int(rng.integers(1, 60))), "same")
-    part = kept(a, period)
-    step = int(np.ceil(period / 8 / 0.001))
-    near = np.arange(400)[:, None] + np.arange(-step, step + 1)
-    around = a[np.clip(near, 0, 399)]
-    assert (part <= np.maximum(around.max(axis=1), 0.0) + 1e-9).all()
-    assert (part >= np.minimum(around.min(axis=1), 0.0) - 1e-9).all()
 
 
 def test_long_motions_in_pieces_equal_one_piece(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -124,13 +110,6 @@ def test_weight_is_the_change_of_height() -> None:
     for j in range(6):
         step = h * np.eye(6)[j]
         assert (potential(q + step) - potential(q - step)) / (2 * h) == pytest.approx(torque[:, j], abs=1e-4)
-
-
-def test_velocity_of_a_point() -> None:
-    rng = np.random.default_rng(5)
-    q, v = rng.uniform(-1, 1, (10, 6)), rng.uniform(-1, 1, (10, 6))
-    found = point_velocity(ROBOT, body_poses(ROBOT, q), v, tcp(q)[:, :3, 3])
-    assert found == pytest.approx(np.einsum("nij,nj->ni", jacobian(ROBOT, q, TORCH)[:, :3], v), abs=1e-12)
 
 
 JUMP = np.array([1.2e-3, -0.4e-3, 0.8e-3, 1e-4, -2e-4, 0.0])

@@ -193,12 +193,6 @@ def test_reorientation_speed_is_kept() -> None:
     assert trajectory.t[-1] == pytest.approx(3.0 + trajectory.profile.law.window[0], abs=0.15)
 
 
-def test_slow_down_reaches_the_weld_speed_before_the_weld(trajectory: Trajectory) -> None:
-    path = trajectory.path
-    welding = (path.move == 3) & ~path.blend
-    assert trajectory.tcp_speed[welding].max() < 0.01 * 1.005
-
-
 def torque(trajectory: Trajectory) -> np.ndarray:
     """Joint torques (n, 6) [N m] of the bare arm, without its weight."""
     none = np.zeros(len(trajectory.t))

@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import json
 import math
-import operator
 
-import numpy as np
 import pytest
 
-from postproc.rapid.diff.align import aligned
 from postproc.rapid.diff.compare import ProgramDiff, compare_programs
-from postproc.rapid.diff.pairing import ALONE, cheapest_pairs
 from postproc.report.terminal import render_text
 from postproc.results.difference import difference_document
 from tests.rapid.build import UNUSED, module, program, target
@@ -175,25 +171,6 @@ def test_names_and_instructions_tell_statements_apart() -> None:
     assert kinds_of(one, two) == [("changed", 1, 1)]
 
 
-def test_pairs_cost_least() -> None:
-    """The dynamic programming of a band against the plain recursion over all pairings."""
-    rng = np.random.default_rng(3)
-
-    def least(costs: np.ndarray, i: int, j: int) -> float:
-        if i == 0 or j == 0:
-            return ALONE * (i + j)
-        both = least(costs, i - 1, j - 1) + costs[i - 1, j - 1]
-        return min(both, ALONE + least(costs, i - 1, j), ALONE + least(costs, i, j - 1))
-
-    for n, m in ((1, 1), (4, 6), (6, 3), (5, 5)):
-        costs = rng.uniform(0, 2, (n, m))
-        pairs = cheapest_pairs(n, m, lambda i, columns, c=costs: c[i, columns], -9, 9)
-        total = sum(costs[i, j] if i is not None and j is not None else ALONE for i, j in pairs)
-        assert total == pytest.approx(least(costs, n, m))
-        assert [i for i, _ in pairs if i is not None] == list(range(n))
-        assert [j for _, j in pairs if j is not None] == list(range(m))
-
-
 def test_a_circle_point_is_told_apart_from_the_target() -> None:
     """Where an arc is divided its circle point moves along it, its target stays."""
     body = "MoveL p,v100,fine,t; MoveC {},q,v100,fine,t;"
@@ -245,21 +222,6 @@ def test_what_other_modules_declare_is_compared_by_its_words(
     (difference,) = compare_programs(a, b, 0.001).differences
     assert list(difference.arguments) == rows
     assert compare_programs(a, a, 0.001).equal
-
-
-@pytest.mark.parametrize(
-    ("a", "b", "pairs"),
-    [
-        ("pqr", "pXr", ["pp", "qX", "rr"]),
-        ("pqrs", "pXr", ["pp", "qX", "rr", "s-"]),
-        ("pqr", "pqXYr", ["pp", "qq", "-X", "-Y", "rr"]),
-        ("pqXr", "pr", ["pp", "q-", "X-", "rr"]),
-        ("pq", "X", ["pX", "q-"]),
-        ("", "X", ["-X"]),
-    ],
-)
-def test_sequences_are_paired_in_order(a: str, b: str, pairs: list[str]) -> None:
-    assert [f"{x or '-'}{y or '-'}" for x, y in aligned(a, b, operator.eq)] == pairs
 
 
 def test_a_routine_that_one_program_lacks_is_one_difference() -> None:
