@@ -20,57 +20,7 @@ from tests.independent import arm as A
 
 from .test_paths import ARM, DOWN, FORCE, LIMIT, MODEL, placed, turned
 
-MOC = """MOC:CFG_1.0:6:0::
-#
-MECHANICAL_UNIT:
-
-      -name "TRACK_1" -use_single_0 "TRACK_1" -activate_at_start_up
-
-      -name "STN1" -use_single_0 "STN1" -activate_at_start_up
-#
-ROBOT:
-
-      -name "ROB_1" -use_robot_type "ROB1_4600_2.05_60" -base_frame_coordinated "TRACK_1"
-#
-SINGLE:
-
-      -name "TRACK_1" -use_single_type "TRACK" -use_joint "M7"
-
-      -name "STN1" -use_single_type "STN" -use_joint "S7" -base_frame_pos_x 1.15\\
-      -base_frame_pos_y 0.15 -base_frame_pos_z 0.45 -base_frame_orient_u0 U0 -base_frame_orient_u1 U1
-#
-SINGLE_TYPE:
-
-      -name "TRACK" -mechanics "TRACK"
-
-      -name "STN" -mechanics "FREE_ROT"
-#
-JOINT:
-
-      -name "M7" -logical_axis 7
-
-      -name "S7" -logical_axis 7 -use_transmission "S7"
-#
-TRANSMISSION:
-
-      -name "S7" -rotating_move
-#
-"""
-SYS = """SYS:CFG_1.0:6:0::
-#
-CAB_TASKS:
-
-      -Name "T_ROB1" -Type "NORMAL" -UseMechanicalUnitGroup "rob1" -MotionTask
-
-      -Name "T_POS1" -Type "NORMAL" -UseMechanicalUnitGroup "pos1" -MotionTask
-#
-MECHANICAL_UNIT_GROUP:
-
-      -Name "rob1" -Robot "ROB_1" -MechanicalUnit_1 "TRACK_1"
-
-      -Name "pos1" -MechanicalUnit_1 "STN1"
-#
-"""
+MOC, SYS = ((Path(__file__).parent / "other_task" / f"{name}.cfg").read_text("utf-8") for name in ("MOC", "SYS"))
 TURN = """MODULE Turn
   CONST jointtarget jAt:=[[0,0,0,0,0,0],[30,9E9,9E9,9E9,9E9,9E9]];
   PROC main()
