@@ -6,7 +6,8 @@ A file is made of stories; each has an empty folder of its own in which ``sample
     file NAME                    a file with the lines that follow behind `| `
     file NAME is SAMPLE          a copy; lines `  s|old|new` change its first `old`
     file NAME = b"..."           a file with these bytes
-    file NAME program A          a short welding program: `tests.batch.folders.program`
+    file NAME program A          a short welding program; `track 1500 2700 2300`: one on a track that stands there
+    backup FOLDER                the backup of a controller that drives an IRB 4600-60/2.05
     $ compensate a.mod           a command, ``ARM`` stands for ``--robot irb4600_60_205``
       2                          its exit code; where it is 2, no file is written and nothing goes to stdout
       err TEXT, out TEXT         what stderr and stdout hold; `no err TEXT`: what they do not; `first TEXT`: the first line;
@@ -30,6 +31,8 @@ from typing import Any
 import pytest
 
 from tests.batch.folders import program
+from tests.batch.test_tree import backup
+from tests.cells.test_paths import track
 from tests.conftest import ROOT
 
 from .conftest import ARM, Call, Outcome
@@ -59,7 +62,9 @@ def write_file(words: str) -> Path:
     elif how.startswith("is "):
         path.write_bytes(Path(how[3:]).read_bytes())
     else:
-        path.write_text(program(how.removeprefix("program ")) if how else "")
+        kind, *words = how.split() or [""]
+        made = {"": lambda: "", "program": program, "track": lambda *extax: track(*map(float, extax)).text}
+        path.write_text(made[kind](*words))
     return path
 
 
@@ -105,6 +110,8 @@ def test_a_command_does_what_its_transcript_says(
     for line in story.lines:
         if line.startswith("file "):
             at = write_file(line[5:])
+        elif line.startswith("backup "):
+            backup(Path(line[7:]))
         elif line.startswith("| "):
             at.write_text(at.read_text("utf-8") + line[2:] + "\n", "utf-8")
         elif found := re.fullmatch(r"  s\|(.*)\|(.*)", line):
