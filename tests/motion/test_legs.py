@@ -22,6 +22,21 @@ def rows() -> list[Move]:
     return chain(*steps)
 
 
+def test_legs_cover_the_program_and_meet_at_stops() -> None:
+    moves = tuple(rows())
+    legs = list(cut_legs(moves, np.full(len(moves), 10), most=35))
+    assert len(legs) > 3
+    done = 0
+    for first, leg in legs:
+        assert leg[0].first
+        goes_on = first < done
+        assert goes_on == (first == done - 1) and (goes_on or first == done)
+        assert not goes_on or moves[first].fine
+        assert [m.row for m in leg] == [m.row for m in moves[first : first + len(leg)]]
+        done = first + len(leg)
+    assert done == len(moves)
+
+
 def test_legs_are_timed_as_the_whole_is() -> None:
     moves = tuple(rows())[:-1]
     period = 0.1
