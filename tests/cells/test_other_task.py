@@ -12,13 +12,11 @@ from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
 from postproc.convert import compensate_program
 from postproc.diagnostics import Source
-from postproc.model.arm import Model
-from postproc.model.file import parse_model
 from postproc.settings import Settings
 from tests.cells import world as W
 from tests.independent import arm as A
 
-from .test_paths import ARM, DOWN, FORCE, LIMIT, MODEL, placed, turned
+from .test_paths import ARM, DOWN, FORCE, LIMIT, model, placed, turned
 
 MOC, SYS = ((Path(__file__).parent / "other_task" / f"{name}.cfg").read_text("utf-8") for name in ("MOC", "SYS"))
 TURN = """MODULE Turn
@@ -73,11 +71,8 @@ def converted(root: Path, text: str) -> Conversion:
     together = with_arm(Settings(), task).station
     alone = with_arm(Settings(), task_around(root / "RAPID/TASK1/PROGMOD/Weld.mod")).station
     assert together is not None and alone is not None and alone.standing == together.standing
-    compliance = ",".join(f"{c:.12g}" for c in A.TABLE_2)
-    arm: Model = parse_model(Source("m.toml", MODEL.format(mounting="", compliance=compliance, axes="").encode()))
-    return compensate_program(
-        Source("w.mod", text.encode()), arm.at_station(together), Options(tolerance_m=1e-5, force=FORCE, inertia=False)
-    )
+    options = Options(tolerance_m=1e-5, force=FORCE, inertia=False)
+    return compensate_program(Source("w.mod", text.encode()), model().at_station(together), options)
 
 
 def test_where_it_stands_all_the_time_the_work_is_known(tmp_path: Path, text: str) -> None:

@@ -26,6 +26,19 @@ def posterior(count: int, rows: int, rng: np.random.Generator) -> np.ndarray:
     return covariance / np.outer(sigma, sigma)
 
 
+@pytest.mark.parametrize(
+    ("count", "rows", "close"), [(1, 3, 1e-8), (2, 3, 1e-6), (30, 90, 1e-4), (300, 200, 0.01), (1000, 700, 0.1)]
+)
+def test_every_combination_of_parameters_keeps_its_variance(count: int, rows: int, close: float) -> None:
+    """The eigenvalues of S^-1 R S^-T with C = S S^T bound the ratio of variances by R and by C in any direction."""
+    correlation = posterior(count, rows, np.random.default_rng(count))
+    found = unpack_correlation(pack_correlation(correlation), count)
+    half = np.linalg.inv(np.linalg.cholesky(correlation))
+    ratio = np.linalg.eigvalsh(half @ found @ half.T)
+    assert abs(ratio - 1.0).max() < close
+    np.testing.assert_allclose(np.diag(found), 1.0, rtol=1e-12)
+
+
 def test_a_text_of_other_parameters_is_refused() -> None:
     text = pack_correlation(np.eye(4))
     for wrong, count in ((text, 3), (text, 5), (text[:-8], 4), ("", 2), ("\u00e9" * 8, 2)):

@@ -7,11 +7,11 @@ import pytest
 
 from postproc.motion.path.samples import sample_path
 from postproc.motion.smoothing import GENTLE, SHARE, transition
-from postproc.motion.timing.inertia import inertial_torque
+from postproc.motion.timing.inertia import inertial_torque, point_velocity
 from postproc.motion.timing.sustained import sustained
 from postproc.motion.timing.trajectory import retime
 from postproc.robot.kinematics import body_poses, jacobian
-from tests.motion.build import ROBOT, TORCH, chain, joint, line, pose
+from tests.motion.build import ROBOT, TORCH, chain, joint, line, pose, tcp
 
 
 def kept(a: np.ndarray, period: float, dt: float = 0.001) -> np.ndarray:
@@ -110,6 +110,13 @@ def test_weight_is_the_change_of_height() -> None:
     for j in range(6):
         step = h * np.eye(6)[j]
         assert (potential(q + step) - potential(q - step)) / (2 * h) == pytest.approx(torque[:, j], abs=1e-4)
+
+
+def test_velocity_of_a_point() -> None:
+    rng = np.random.default_rng(5)
+    q, v = rng.uniform(-1, 1, (10, 6)), rng.uniform(-1, 1, (10, 6))
+    found = point_velocity(ROBOT, body_poses(ROBOT, q), v, tcp(q)[:, :3, 3])
+    assert found == pytest.approx(np.einsum("nij,nj->ni", jacobian(ROBOT, q, TORCH)[:, :3], v), abs=1e-12)
 
 
 JUMP = np.array([1.2e-3, -0.4e-3, 0.8e-3, 1e-4, -2e-4, 0.0])
