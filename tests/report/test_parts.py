@@ -10,6 +10,7 @@ import pytest
 from postproc.report.blocks import Bar, Bars, Chart, DataTable, Document, Figure, Scene, Section
 from postproc.report.drawing.charts import DrawnCurve, bars, histogram, scatter, shares
 from postproc.report.drawing.columns import exact, packed
+from postproc.report.drawing.svg import ticks
 from postproc.report.page import grid, render_page, table
 from postproc.report.terminal import render_text
 from tests.report.conftest import numbers, points, tables
@@ -24,6 +25,12 @@ def test_charts_place_points_and_band() -> None:
     assert scatter(np.array([np.nan]), np.array([1.0]), "x", "y") == ""
     many = scatter(np.linspace(0, 1, 100_000), np.zeros(100_000), "x", "y")
     assert len(points(many)) < 1000  # what falls on the same half pixel is drawn once
+
+
+def test_round_values_run_from_limit_to_limit() -> None:
+    assert ticks(-1.0, 1.0).tolist() == [-1.0, -0.5, 0.0, 0.5, 1.0]
+    first = ticks(-0.1, 1.0)[0]
+    assert first == 0.0 and not np.signbit(first)
 
 
 def test_rings_stand_round_their_points_where_these_are_spread() -> None:
