@@ -130,6 +130,13 @@ def test_library_is_silent_on_a_bare_state(cls):
     load_of(effect, state)
 
 
+def test_channels_that_the_model_fills_do_not_count_as_missing():
+    class Stiffener(Effect, reads=("load", "robot", "pose")):
+        """Reads what the model works out."""
+
+    assert Stiffener.missing(State(q=np.zeros((1, 6)))) == ()
+
+
 def test_derived_classes_keep_what_they_do_not_state():
     class Slop(Backlash):
         """Backlash under another name."""
