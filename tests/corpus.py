@@ -8,7 +8,7 @@ A file is made of groups::
     + DATA                             further declarations of the program that follows
     STATEMENTS                         the body of ``main``, one line or several; or a file that begins with MODULE
       = EVENT | EVENT                  what is made of its motions, one after another
-      ! CODE severity: message         what is reported of the program
+      ! CODE severity: message         what is reported of the program, in groups where one has a finding or shows `findings`
     STATEMENTS => EVENT | EVENT        the same in one line
 
 ``@(n)`` stands for ``MoveL Offs(p,n,0,0),v100,z10,tool0;`` and ``@n`` for the same with one word, ``@z(n)`` for one n mm
@@ -35,6 +35,7 @@ class Case:
     text: str  # of the program
     facets: tuple[str, ...]
     expected: str
+    reports: bool  # whether the row must name every finding: some program of its group has one, or `findings` are shown
 
 
 def written(text: str) -> str:
@@ -62,7 +63,8 @@ def cases(path: Path) -> Iterator[Case]:
             if expected and not line.startswith("  "):
                 text = "\n".join(body)
                 whole = text if text.startswith("MODULE") else module(text, data + own).decode("latin-1")
-                yield Case(f"{path.stem}:{number}", written(whole), facets, "\n".join(expected))
+                reports = "\n  ! " in group or "findings" in facets
+                yield Case(f"{path.stem}:{number}", written(whole), facets, "\n".join(expected), reports)
                 own, body, expected = "", [], []
             word, _, rest = line.partition(" ")
             statements, arrow, events = line.rpartition(" => ")

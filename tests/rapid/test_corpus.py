@@ -1,6 +1,7 @@
 """Small programs and the motions that the reader follows in them: a row for each in ``corpus/*.txt``.
 
 A motion is shown as `x` or `x,y,z` of its target, `?` where there is none; what is as `target()` writes it is left out.
+`show taught-NAME` states with `--taught` that data stands as routines set it.
 """
 
 from __future__ import annotations
@@ -11,11 +12,13 @@ from typing import Any
 
 import pytest
 
+from postproc.diagnostics import Source
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.data.records import JointTarget, RobTarget
+from postproc.rapid.execution.measured import say_measured
 from postproc.rapid.execution.walk import walk_program
+from postproc.rapid.program.program import read_program
 from tests.corpus import Case, cases, short
-from tests.rapid.build import program
 
 
 def field(path: str) -> Callable[[MotionEvent], Any]:
@@ -31,6 +34,7 @@ def field(path: str) -> Callable[[MotionEvent], Any]:
 # What a row can show: how it is read, and the value that is not written.
 FACETS: dict[str, tuple[Callable[[MotionEvent], Any], Any]] = {
     "tool": (field("tool.name"), "tool0"),
+    "toolframe": (field("tool.tframe.trans"), (0, 0, 0)),
     "wobj": (field("wobj.name"), "wobj0"),
     "load": (field("gripload.mass"), 0),
     "tload": (field("tool.tload.mass"), 0.001),
@@ -103,12 +107,14 @@ ALL = [case for path in sorted((Path(__file__).parent / "corpus").glob("*.txt"))
 
 @pytest.mark.parametrize("case", ALL, ids=[case.place for case in ALL])
 def test_a_program_is_followed_as_its_row_says(case: Case) -> None:
-    read = program(case.text)
+    taught = [name.removeprefix("taught-") for name in case.facets if name.startswith("taught-")]
+    read = read_program(Source("test.mod", case.text.encode("latin-1")), taught)
     walked = walk_program(read)
+    measured = say_measured(read, walked.events).values() if case.place.startswith("taught") else ()
     lines = [row(walked.events, case.facets)] if "  = " in f"\n{case.expected}" else []
-    if "  ! " in case.expected or "findings" in case.facets:
+    if case.reports:
         lines += [
             f"  ! {d.code} {d.severity}: {d.message}" + (f" help: {d.help}" if "help" in case.facets and d.help else "")
-            for d in (*read.diagnostics, *walked.diagnostics)
+            for d in (*read.diagnostics, *walked.diagnostics, *measured)
         ]
     assert "\n".join(lines) == case.expected, case.text
