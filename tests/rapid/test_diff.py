@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import math
+import operator
 
 import pytest
 
+from postproc.rapid.diff.align import aligned
 from postproc.rapid.diff.compare import ProgramDiff, compare_programs
 from postproc.report.terminal import render_text
 from postproc.results.difference import difference_document
@@ -222,6 +224,21 @@ def test_what_other_modules_declare_is_compared_by_its_words(
     (difference,) = compare_programs(a, b, 0.001).differences
     assert list(difference.arguments) == rows
     assert compare_programs(a, a, 0.001).equal
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "pairs"),
+    [
+        ("pqr", "pXr", ["pp", "qX", "rr"]),
+        ("pqrs", "pXr", ["pp", "qX", "rr", "s-"]),
+        ("pqr", "pqXYr", ["pp", "qq", "-X", "-Y", "rr"]),
+        ("pqXr", "pr", ["pp", "q-", "X-", "rr"]),
+        ("pq", "X", ["pX", "q-"]),
+        ("", "X", ["-X"]),
+    ],
+)
+def test_sequences_are_paired_in_order(a: str, b: str, pairs: list[str]) -> None:
+    assert [f"{x or '-'}{y or '-'}" for x, y in aligned(a, b, operator.eq)] == pairs
 
 
 def test_a_routine_that_one_program_lacks_is_one_difference() -> None:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import pickle
+from types import SimpleNamespace
 
 import pytest
 
 from postproc.diagnostics import PostprocError
 from postproc.rapid.data.pose import pose_mult
 from postproc.rapid.data.records import Pose
+from postproc.rapid.data.values import Data
 from postproc.rapid.execution import all_ways as execution
+from postproc.rapid.execution.path_splitting import SplitBranches
 from postproc.rapid.execution.walk import walk, walk_program
 from postproc.rapid.program.program import read_program
 from postproc.rapid.unknown import Kind, Unknown
@@ -33,6 +36,27 @@ def test_many_ways_are_not_all_followed() -> None:
     run = events(move("0") + f"TEST GInput(g) {cases} ENDTEST {move('99')}", P)
     last = [e for e, place in zip(run, places(run), strict=True) if place == (99, 0, 0)]
     assert len(last) == 8 and all(e.detached for e in last)
+
+
+def test_a_branch_of_which_an_arm_once_ended_the_routine_is_not_followed_apart() -> None:
+    """Met again where that arm is not possible: what follows it is still left out on one way."""
+    choices, place, written = SplitBranches(), ("weld.mod", 5), [{"wact"}, {"wact"}]
+    ends: dict[int, dict[str, Data] | None] = {0: {"wact": 1.0}, 1: {"wact": 2.0}}
+    choices.met(place, ends, {"wact", "count"}, written, left=True)
+    assert choices.found[place].left and choices.found[place].certain == {"wact"}
+    choices.met(place, ends, {"wact", "count"}, written, left=False)
+    assert choices.found[place].left
+
+
+def test_a_branch_that_was_followed_apart_is_not_asked_for_again() -> None:
+    """Whatever still lacks what it sets: the program would be followed for ever."""
+    text = program(module("", "VAR num n;"))
+    (n,) = {d.key for d in text.names.values()}
+    lacks = [SimpleNamespace(unknowns=[Unknown(Kind.UNDECIDED, n, key=n)])]
+    choices, place = SplitBranches(), ("weld.mod", 5)
+    choices.met(place, {0: {n: 1.0}, 1: {n: 2.0}}, {n}, [{n}, {n}], left=False)
+    assert choices.lacking(lacks) == {place: (0, 1)}
+    assert SplitBranches({place: 0}, choices.found).lacking(lacks) == {}
 
 
 def test_calls_that_multiply_are_cut_off_and_still_accounted_for(monkeypatch: pytest.MonkeyPatch) -> None:
