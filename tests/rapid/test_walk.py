@@ -118,6 +118,7 @@ def test_reasons_are_values_that_can_be_sent_to_another_process() -> None:
 def test_blocks_that_are_nested_too_deeply_are_reported() -> None:
     read = program("MODULE M PROC a() " + "IF a THEN " * 150)
     assert read.diagnostics[0].message == "blocks are nested deeper than 100"
+    assert walk(read) == []
 
 
 def test_the_whole_text_of_a_finding() -> None:
