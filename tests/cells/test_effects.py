@@ -11,12 +11,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from postproc.compensation.options import Options
-from postproc.convert import compensate_program
-from postproc.diagnostics import Source
-from postproc.model.file import parse_model
 from tests.cells import world as W
-from tests.cells.test_paths import ARM, FORCE, LIMIT, MODEL, Case, axis, positioner, track
+from tests.cells.test_paths import ARM, FORCE, LIMIT, Case, axis, converted, positioner, track
 from tests.independent import arm as A
 
 X, Z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
@@ -139,12 +135,7 @@ CELLS = (crooked_track, crooked_table, askew_track, askew_table, leaning_column,
 @pytest.mark.parametrize("cell", CELLS, ids=lambda c: c.__name__)
 def test_a_program_goes_where_it_should_on_the_real_cell(cell: Callable[[], tuple[Case, str]]) -> None:
     case, effect = cell()
-    compliance = ",".join(f"{c:.12g}" for c in A.TABLE_2)
-    model = MODEL.format(mounting=case.mounting, compliance=compliance, axes=effect + case.axes)
-    arm = parse_model(Source("m.toml", model.encode()))
-    result = compensate_program(
-        Source("p.mod", case.text.encode()), arm, Options(tolerance_m=1e-5, force=FORCE, inertia=False)
-    )
+    result = converted(replace(case, axes=effect + case.axes), force=FORCE)
     assert result.output is not None, [str(d) for d in result.diagnostics]
     found = W.check(case.text, result.output.decode(), case.world, ARM, np.array(FORCE))
     assert not found.problems and found.after <= LIMIT
@@ -155,10 +146,7 @@ def test_a_program_goes_where_it_should_on_the_real_cell(cell: Callable[[], tupl
 
 def test_an_effect_of_an_axis_that_nobody_describes_is_left_out_and_told() -> None:
     case = track(1500.0, 1500.0, 1500.0)
-    compliance = ",".join(f"{c:.12g}" for c in A.TABLE_2)
-    model = MODEL.format(mounting="", compliance=compliance, axes=frame("c") + case.axes)
-    arm = parse_model(Source("m.toml", model.encode()))
-    result = compensate_program(Source("p.mod", case.text.encode()), arm, Options(tolerance_m=1e-5, inertia=False))
+    result = converted(replace(case, axes=frame("c") + case.axes))
     told = [d.message for d in result.diagnostics if d.code == "CMP016"]
     assert told and "`external_axis_frame` speaks of `eax_c`, and nobody says what carries the arm" in told[0]
     assert result.output is not None

@@ -7,14 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from postproc.compensation.options import Options
-from postproc.convert import compensate_program
-from postproc.diagnostics import Source
 from postproc.model.equilibrium import predict
-from postproc.model.file import default_model, parse_model
+from postproc.model.file import default_model
 from postproc.robot.cells.cell import Cell, CellArm, Joint, Unit
 from postproc.robot.cells.station import Station
-from tests.cells.test_paths import ARM, MODEL, axis, track
+from tests.cells.test_paths import ARM, axis, converted, track
 from tests.independent import arm as A
 
 TICK = 1e-4  # [s]
@@ -89,9 +86,5 @@ def test_how_a_base_on_a_turning_column_moves() -> None:
 @pytest.mark.parametrize(("speed", "least"), [(5.0, 240.0), (1000.0, 150.0)])
 def test_a_slow_track_takes_its_time(speed: float, least: float) -> None:
     """1200 mm of track while the torch goes 1500 mm at 10 mm/s: the slower of the two rules."""
-    case = track(0.0, 1200.0, 1200.0)
-    compliance = ",".join(f"{c:.12g}" for c in A.TABLE_2)
-    axes = axis("a", "linear", "robot", speed=speed)
-    arm = parse_model(Source("m.toml", MODEL.format(mounting="", compliance=compliance, axes=axes).encode()))
-    result = compensate_program(Source("p.mod", case.text.encode()), arm, Options(tolerance_m=1e-5, inertia=False))
+    result = converted(replace(track(0.0, 1200.0, 1200.0), axes=axis("a", "linear", "robot", speed=speed)))
     assert least < result.report["cycle_time_s"] < least + 40.0

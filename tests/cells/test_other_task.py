@@ -11,67 +11,15 @@ from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
 from postproc.convert import compensate_program
 from postproc.diagnostics import Source
-from postproc.model.arm import Model
-from postproc.model.file import parse_model
 from postproc.settings import Settings
 from postproc.tasks.discover import discover, task_around
 from postproc.tasks.task import with_arm
 from tests.cells import world as W
 from tests.independent import arm as A
 
-from .test_paths import ARM, DOWN, FORCE, LIMIT, MODEL, placed, turned
+from .test_paths import ARM, DOWN, FORCE, LIMIT, model, placed, turned
 
-MOC = """MOC:CFG_1.0:6:0::
-#
-MECHANICAL_UNIT:
-
-      -name "TRACK_1" -use_single_0 "TRACK_1" -activate_at_start_up
-
-      -name "STN1" -use_single_0 "STN1" -activate_at_start_up
-#
-ROBOT:
-
-      -name "ROB_1" -use_robot_type "ROB1_4600_2.05_60" -base_frame_coordinated "TRACK_1"
-#
-SINGLE:
-
-      -name "TRACK_1" -use_single_type "TRACK" -use_joint "M7"
-
-      -name "STN1" -use_single_type "STN" -use_joint "S7" -base_frame_pos_x 1.15\\
-      -base_frame_pos_y 0.15 -base_frame_pos_z 0.45 -base_frame_orient_u0 U0 -base_frame_orient_u1 U1
-#
-SINGLE_TYPE:
-
-      -name "TRACK" -mechanics "TRACK"
-
-      -name "STN" -mechanics "FREE_ROT"
-#
-JOINT:
-
-      -name "M7" -logical_axis 7
-
-      -name "S7" -logical_axis 7 -use_transmission "S7"
-#
-TRANSMISSION:
-
-      -name "S7" -rotating_move
-#
-"""
-SYS = """SYS:CFG_1.0:6:0::
-#
-CAB_TASKS:
-
-      -Name "T_ROB1" -Type "NORMAL" -UseMechanicalUnitGroup "rob1" -MotionTask
-
-      -Name "T_POS1" -Type "NORMAL" -UseMechanicalUnitGroup "pos1" -MotionTask
-#
-MECHANICAL_UNIT_GROUP:
-
-      -Name "rob1" -Robot "ROB_1" -MechanicalUnit_1 "TRACK_1"
-
-      -Name "pos1" -MechanicalUnit_1 "STN1"
-#
-"""
+MOC, SYS = ((Path(__file__).parent / "other_task" / f"{name}.cfg").read_text("utf-8") for name in ("MOC", "SYS"))
 TURN = """MODULE Turn
   CONST jointtarget jAt:=[[0,0,0,0,0,0],[30,9E9,9E9,9E9,9E9,9E9]];
   PROC main()
@@ -124,11 +72,8 @@ def converted(root: Path, text: str) -> Conversion:
     together = with_arm(Settings(), task).station
     alone = with_arm(Settings(), task_around(root / "RAPID/TASK1/PROGMOD/Weld.mod")).station
     assert together is not None and alone is not None and alone.standing == together.standing
-    compliance = ",".join(f"{c:.12g}" for c in A.TABLE_2)
-    arm: Model = parse_model(Source("m.toml", MODEL.format(mounting="", compliance=compliance, axes="").encode()))
-    return compensate_program(
-        Source("w.mod", text.encode()), arm.at_station(together), Options(tolerance_m=1e-5, force=FORCE, inertia=False)
-    )
+    options = Options(tolerance_m=1e-5, force=FORCE, inertia=False)
+    return compensate_program(Source("w.mod", text.encode()), model().at_station(together), options)
 
 
 def test_where_it_stands_all_the_time_the_work_is_known(tmp_path: Path, text: str) -> None:

@@ -15,12 +15,13 @@ import pytest
 
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
-from postproc.convert import compensate_program
 from postproc.diagnostics import Source
+from postproc.model.arm import Model
 from postproc.model.file import parse_model
 from postproc.robot.cells.mechanical_units import read_cell
 from postproc.robot.cells.station import station_of
 from postproc.robot.controller import Backup, read_entries
+from postproc.runtime.passes import correct_program
 from tests.cells import world as W
 from tests.independent import arm as A
 from tests.independent import rapid as R
@@ -69,13 +70,16 @@ def corrected(case: Case) -> str:
     return result.output.decode()
 
 
-def converted(case: Case, **options: Any) -> Conversion:
+def model(axes: str = "", mounting: str = "") -> Model:
+    """The arm of these tests, carried as a model file states it."""
     compliance = ",".join(f"{c:.12g}" for c in A.TABLE_2)
-    model = MODEL.format(mounting=case.mounting, compliance=compliance, axes=case.axes)
-    arm = parse_model(Source("m.toml", model.encode()))
-    return compensate_program(
-        Source("p.mod", case.text.encode()), arm, Options(tolerance_m=1e-5, inertia=False, **options)
-    )
+    text = MODEL.format(mounting=mounting, compliance=compliance, axes=axes)
+    return parse_model(Source("m.toml", text.encode()))
+
+
+def converted(case: Case, **options: Any) -> Conversion:
+    stated = Options(**{"tolerance_m": 1e-5, "inertia": False, **options})
+    return correct_program(Source("p.mod", case.text.encode()), model(case.axes, case.mounting), stated)
 
 
 ARM = A.irb4600()
@@ -239,14 +243,12 @@ def test_two_robots_on_one_work() -> None:
     )
     sys += "#\nMECHANICAL_UNIT_GROUP:\n\n" + "".join(f'      -Name "rob{k}" -Robot "ROB_{k}"\n\n' for k in (1, 2))
     cell = read_cell(Backup(system=read_entries(sys), motion=read_entries(moc)))
-    compliance = ",".join(f"{c:.12g}" for c in A.TABLE_2)
-    bare = parse_model(Source("m.toml", MODEL.format(mounting="", compliance=compliance, axes="").encode()))
     for name, world in worlds.items():
         station = station_of(cell, name)
         assert station is not None
-        result = compensate_program(
+        result = correct_program(
             Source("p.mod", out[name].encode()),
-            bare.at_station(station),
+            model().at_station(station),
             Options(tolerance_m=1e-5, force=FORCE, inertia=False),
         )
         assert result.output is not None, [d.message for d in result.diagnostics]
@@ -285,11 +287,7 @@ def test_synchronised_motion_keeps_its_statements() -> None:
     case = track(1500.0, 2700.0, 2300.0)
     text, count = re.subn(r"\]\],v20", r"]]\\ID:=10,v20", case.text)
     assert count == 3
-    compliance = ",".join(f"{c:.12g}" for c in A.TABLE_2)
-    arm = parse_model(Source("m.toml", MODEL.format(mounting="", compliance=compliance, axes=case.axes).encode()))
-    result = compensate_program(
-        Source("p.mod", text.encode()), arm, Options(tolerance_m=1e-5, force=FORCE, inertia=False)
-    )
+    result = converted(replace(case, text=text), force=FORCE)
     assert result.output is not None and result.report["added_targets"] == 0
     assert result.output.decode().count("\\ID:=10") == 3
     assert "CMP006" in [d.code for d in result.diagnostics]

@@ -6,26 +6,13 @@ from dataclasses import replace
 
 import pytest
 
-from postproc.compensation.conversion import Conversion
-from postproc.compensation.options import Options
-from postproc.diagnostics import Source
-from postproc.model.file import parse_model
-from postproc.runtime.passes import correct_program
-from tests.cells.test_paths import CASES, FORCE, MODEL, Case, axis, placed, track
-from tests.independent import arm as A
-
-
-def on_the_controller(case: Case) -> Conversion:
-    compliance = ",".join(f"{c:.12g}" for c in A.TABLE_2)
-    model = MODEL.format(mounting=case.mounting, compliance=compliance, axes=case.axes)
-    options = Options(tolerance_m=1e-5, force=FORCE, inertia=False, run_time="all")
-    return correct_program(Source("p.mod", case.text.encode()), parse_model(Source("m.toml", model.encode())), options)
+from tests.cells.test_paths import CASES, FORCE, axis, converted, placed, track
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_the_function_corrects_targets_whatever_carries_arm_and_work(name: str) -> None:
     """The proof drives the arm with the targets that the module gives, external axes where the targets have them."""
-    found = on_the_controller(CASES[name]())
+    found = converted(CASES[name](), force=FORCE, run_time="all")
     assert found.outputs, [str(d) for d in found.diagnostics]
     told = found.report["run_time"]
     assert {row["status"] for row in found.report["statements"]} == {"run_time"}
@@ -38,6 +25,6 @@ def test_an_arm_that_an_external_axis_tilts_is_refused() -> None:
     """Gravity follows the axis, and the module knows one direction of it."""
     _, keys = placed((0, 0, 0), (1, 0, 0), 90)
     case = replace(track(0.0, 0.0, 0.0), axes=axis("a", "rotary", "robot", unit='"ORBIT"') + keys)
-    found = on_the_controller(case)
+    found = converted(case, force=FORCE, run_time="all")
     assert found.outputs == {}
     assert "RUN011" in [d.code for d in found.diagnostics]

@@ -59,31 +59,6 @@ def test_the_document_and_the_exit_code(call: Call, folder: Path, tmp_path: Path
     assert second.startswith("[1/1] a[b].mod: "), "where there is no terminal, a line for each program"
 
 
-@pytest.mark.parametrize(
-    ("arguments", "code"),
-    [
-        (["{in}", "-o", "{out}", "--shard", "3/2"], "BAT014"),
-        (["{in}", "-o", "{out}", "--shard", "half"], "BAT014"),
-        (["{in}", "-o", "{in}"], "BAT015"),
-        (["{in}/sub", "-o", "{in}"], "BAT015"),
-        (["{in}/none", "-o", "{out}"], "CLI002"),
-        (["{in}/data.mod", "-o", "{out}"], "BAT001"),
-        (["{in}", "-o", "{out}", "--template", "{in}/none"], "REN001"),
-        (["{in}/sub", "-o", "{out}"], "BAT001"),
-        (["{in}", "-o", "{out}", "--workers", "0"], "CLI001"),
-        (["{in}"], "CLI001"),
-        (["{in}", "-o", "{out}", "-m", "{in}/none.toml"], "MOD001"),
-        (["{in}", "-o", "{out}", "--with", "{in}/none.mod"], "BAT002"),
-    ],
-)
-def test_usage(call: Call, folder: Path, tmp_path: Path, arguments: list[str], code: str) -> None:
-    (folder / "sub").mkdir()
-    filled = [a.replace("{in}", str(folder)).replace("{out}", str(tmp_path / "out")) for a in arguments]
-    outcome = call("batch", *filled)
-    assert outcome.code == 2 and code in outcome.err, outcome.err
-    assert not (tmp_path / "out").exists()
-
-
 class Terminal(io.StringIO):
     def isatty(self) -> bool:
         return True

@@ -18,7 +18,7 @@ from postproc import __version__
 from postproc.cli.app import build
 from postproc.cli.convert.finish import finish, unified_diff
 from postproc.cli.inputs import read_source
-from postproc.cli.options import parse_channel, parse_vector
+from postproc.cli.options import parse_channel
 from postproc.cli.output import check_outputs, write
 from postproc.cli.printing import print_document, say_next, show
 from postproc.cli.run import run
@@ -27,86 +27,6 @@ from postproc.excerpt import columns
 from postproc.results.conversion import unknown_accuracy
 
 from .conftest import ARM, Call
-
-
-def test_unknown_option_is_bad_usage(call: Call) -> None:
-    outcome = call("explain", "CLI001", "--loud")
-    assert (outcome.code, outcome.out) == (2, "")
-    assert outcome.err == (
-        "error[CLI001]: Unknown option: --loud.\n  = help: `postproc explain --help` lists what is allowed\n"
-    )
-
-
-def test_what_nothing_takes_is_named(call: Call) -> None:
-    outcome = call("compensate", "weld.mod", "--force", "200", "-200", "-200")
-    assert outcome.code == 2
-    assert outcome.err == (
-        "error[CLI001]: nothing takes `-200`, `-200`\n  = help: a list has commas and no spaces: 200,-200,-200\n"
-    )
-
-
-@pytest.mark.parametrize(
-    ("words", "action"),
-    [
-        (("user.sys",), "`--with FILE`"),
-        (("second.modx",), "`--with FILE`"),
-        (("--tolerance", "0,01"), "decimal point"),
-        (("--force", "200,", "-200,-200"), "commas and no spaces"),
-        (("extra",), "`postproc compensate --help`"),
-    ],
-)
-def test_a_common_mistake_is_answered_with_its_cure(call: Call, words: tuple[str, ...], action: str) -> None:
-    outcome = call("compensate", "weld.mod", *words)
-    assert (outcome.code, outcome.out) == (2, "")
-    assert outcome.err.startswith("error[CLI001]")
-    assert action in outcome.err.splitlines()[-1]
-
-
-def test_a_table_before_the_model_is_told_so(call: Call, samples: Path) -> None:
-    table = samples / "measurements" / "simulated_backlash.csv"
-    outcome = call("compare", table, "cell.toml")
-    assert (outcome.code, outcome.err.split(":")[0]) == (2, "error[CLI012]")
-
-
-@pytest.mark.parametrize("name", ["corner_arc.mod", "hull_seam.mod", "panel_300.mod"])
-def test_a_program_in_the_place_of_a_table_is_called_one(call: Call, samples: Path, name: str) -> None:
-    program = samples / name
-    outcome = call("fit", program, "--robot", "irb4600_60_205")
-    assert outcome.code == 2
-    assert "error[DAT001]: this is a RAPID program, not a table of measured poses" in outcome.err
-    assert f"`--program {program}`" in outcome.err and "separator" not in outcome.err
-
-
-@pytest.mark.parametrize(
-    ("given", "kind"), [("measurements/simulated_step.csv", "table"), ("hull_seam.mod", "RAPID program")]
-)
-def test_a_file_in_the_place_of_a_model_is_called_what_it_is(call: Call, samples: Path, given: str, kind: str) -> None:
-    outcome = call("compensate", samples / "hull_seam.mod", "-m", samples / given, "-o", "out.mod")
-    assert outcome.code == 2
-    assert f"error[MOD001]: this is a {kind}, not a TOML file" in outcome.err
-    assert f"{kind.split()[-1]}s are named without an option" in outcome.err and "Expected" not in outcome.err
-
-
-@pytest.mark.parametrize("effects", ["", " , "])
-def test_a_fit_of_nothing_is_refused(call: Call, samples: Path, effects: str) -> None:
-    table = samples / "measurements" / "simulated_backlash.csv"
-    outcome = call("fit", table, "--robot", "ur5", "--effects", effects)
-    assert (outcome.code, outcome.err.split(":")[0]) == (2, "error[CLI011]")
-
-
-def test_unknown_command_names_a_near_one(call: Call) -> None:
-    outcome = call("explian", "CLI001")
-    assert outcome.code == 2
-    assert outcome.err.startswith("error[CLI001]")
-    assert "explain" in outcome.err
-
-
-def test_usage_errors_are_json_on_request(call: Call) -> None:
-    outcome = call("explain", "CLI001", "--json")
-    assert outcome.code == 2
-    document = json.loads(outcome.out)
-    assert document["schema"] == "postproc/error/1"
-    assert document["diagnostics"][0]["code"] == "CLI001"
 
 
 def test_internal_error_leaves_a_trace_in_a_file(
@@ -177,26 +97,6 @@ def test_a_full_disk_is_told() -> None:
     assert process.stderr.count("\n") == 2
 
 
-@pytest.mark.parametrize(
-    ("name", "content", "code"),
-    [("missing.mod", None, "CLI002"), ("empty.mod", b"", "CLI005"), ("blank.mod", b" \r\n\t\n", "CLI005")],
-)
-def test_files_that_cannot_be_used(tmp_path: Path, name: str, content: bytes | None, code: str) -> None:
-    path = tmp_path / name
-    if content is not None:
-        path.write_bytes(content)
-    with pytest.raises(PostprocError) as caught:
-        read_source(str(path))
-    assert caught.value.exit_code == 2
-    assert [d.code for d in caught.value.diagnostics] == [code]
-    assert str(path) in str(caught.value)
-
-
-def test_a_folder_is_not_a_program(tmp_path: Path) -> None:
-    with pytest.raises(PostprocError, match="CLI003"):
-        read_source(str(tmp_path))
-
-
 def test_an_unreadable_name(tmp_path: Path) -> None:
     with pytest.raises(PostprocError, match="CLI004"):
         read_source(str(tmp_path / "a\0b.mod"))
@@ -242,13 +142,6 @@ def test_streams_may_be_closed(samples: Path, tmp_path: Path) -> None:
     assert (tmp_path / "x.mod").exists()
 
 
-def test_vectors() -> None:
-    assert parse_vector("--force", "200,-200,-2e2") == (200.0, -200.0, -200.0)
-    for wrong in ("", "1,2", "1,2,3,4", "a,b,c", "nan,0,0", "inf,0,0", "1;2;3"):
-        with pytest.raises(PostprocError, match="CLI006"):
-            parse_vector("--force", wrong)
-
-
 def test_channels_are_names_with_numbers() -> None:
     assert parse_channel("temperature= -3.5") == ("temperature", -3.5)
     assert parse_channel("shift=night=1") == ("shift=night", 1.0)
@@ -258,30 +151,6 @@ def test_channels_are_names_with_numbers() -> None:
     for wrong in ("temperature", "=3", "t=warm", "t=nan"):
         with pytest.raises(PostprocError, match="CLI006"):
             parse_channel(wrong)
-
-
-def test_the_input_is_never_the_output(tmp_path: Path) -> None:
-    program = tmp_path / "p.mod"
-    program.write_text("MODULE p")
-    link = tmp_path / "link.mod"
-    link.symlink_to(program)
-    for output in (program, link, tmp_path / "." / "p.mod"):
-        with pytest.raises(PostprocError, match="CLI007"):
-            check_outputs(("table.csv", None, str(program)), None, output)
-    with pytest.raises(PostprocError, match="CLI007"):
-        check_outputs(("<stdin>",), tmp_path / "q.mod", tmp_path / "q.mod")
-    check_outputs((str(program), "<stdin>"), None, tmp_path / "q.mod", tmp_path / "q.html")
-
-
-def test_in_place_needs_no_output(call: Call, samples: Path, tmp_path: Path) -> None:
-    program = tmp_path / "p.mod"
-    program.write_bytes((samples / "paper_case.mod").read_bytes())
-    for words in (("--in-place", "-o", tmp_path / "q.mod"), ("-o", program)):
-        outcome = call("compensate", program, *words)
-        assert (outcome.code, "CLI007" in outcome.err) == (2, True)
-        assert program.read_bytes() == (samples / "paper_case.mod").read_bytes()
-    assert call("compensate", program, "--in-place").code == 0
-    assert b"compensated for" in program.read_bytes()
 
 
 def test_a_pipe_stays_a_pipe(tmp_path: Path) -> None:
@@ -418,19 +287,6 @@ def test_an_error_is_not_hidden_behind_a_warning_at_its_place(capsys: pytest.Cap
     ]
 
 
-def test_explain_prints_a_section(call: Call) -> None:
-    assert call("explain", "cli002").out == (
-        "CLI002 File not found\n"
-        "\n"
-        "Nothing stands under this name. Relative names start at the current folder; quote names that contain blanks.\n"
-    )
-    outcome = call("explain", "CLI099")
-    assert outcome.code == 2
-    assert outcome.err.startswith(
-        "error[CLI009]: there is no diagnostic `CLI099`\n  = help: did you mean `CLI009` or `"
-    )
-
-
 def test_check_and_diff_write_nothing(tmp_path: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:
     target = tmp_path / "out.mod"
     names = ("a.mod", "out.mod")
@@ -466,11 +322,3 @@ def test_a_hyphen_reads_stdin(words: list[str], call: Call, samples: Path, monke
 def test_a_command_that_follows_names_stdin_as_it_was_named(capsys: pytest.CaptureFixture[str]) -> None:
     say_next("does it", "diagnose", Path("m.toml"), "<stdin>")
     assert "`postproc diagnose m.toml -` does it" in capsys.readouterr().err
-
-
-def test_stdin_is_no_file_to_write_over(call: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    found = call("compensate", "-", "--in-place")
-    assert found.code == 2
-    assert "CLI007" in found.err
-    assert not list(tmp_path.iterdir())

@@ -7,84 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from postproc.diagnostics import PostprocError
 from postproc.settings_files import settings_at
 from tests.batch.folders import program, write
-from tests.batch.test_tree import MOC, backup
 
 from .conftest import Call
-
-MODEL = 'robot = "irb4600_60_205"\n[effects.joint_compliance]\n'
-
-
-@pytest.mark.parametrize(
-    ("text", "code", "options"),
-    [
-        ('robot = "irb4600_60_205_seed"\n', "BAT012", ("--robot", "irb4600_60_205_seed")),
-        ("force = [500, 0, 0]\n", "BAT019", ("--force", "500,0,0")),
-        ('already = ["gravity"]\n', "BAT019", ("--already", "gravity")),
-    ],
-)
-def test_a_file_above_a_backup_says_nothing_against_it(
-    call_as_written: Call, tmp_path: Path, text: str, code: str, options: tuple[str, ...]
-) -> None:
-    root = backup(tmp_path / "common" / "in")
-    (tmp_path / "common/postproc.toml").write_text(text)
-    batch = ("batch", root, "-o", tmp_path / "out", "--workers", "1", "--tolerance", "0.5")
-    refused = call_as_written(*batch)
-    assert refused.code == 2 and f"error[{code}]" in refused.err and not (tmp_path / "out").exists()
-    one = call_as_written(
-        "compensate", root / "RAPID/TASK1/PROGMOD/Seam.mod", "--with", root / "RAPID/TASK1/SYSMOD/user.sys"
-    )
-    assert one.code == 2 and f"error[{code}]" in one.err
-    said = call_as_written(*batch, *options)
-    assert said.code == 0, said.err
-
-
-def test_a_file_in_the_backup_states_its_force(call_as_written: Call, tmp_path: Path) -> None:
-    root = backup(tmp_path / "in")
-    (root / "postproc.toml").write_text("force = [100, 0, 0]\ntolerance_mm = 0.5\n")
-    found = call_as_written("batch", root, "-o", tmp_path / "out", "--workers", "1", "--tolerance", "0.4")
-    assert found.code == 0, found.err
-
-
-def test_what_a_file_above_decides_is_printed(call_as_written: Call, tmp_path: Path) -> None:
-    module = write(tmp_path / "in", {"a.mod": program("A")}) / "a.mod"
-    (tmp_path / "postproc.toml").write_text('robot = "irb4600_60_205"\nforce = [100, 0, 0]\ntolerance_mm = 0.5\n')
-    for words in (("compensate", module), ("batch", module.parent, "-o", tmp_path / "out", "--workers", "1")):
-        found = call_as_written(*words, "--tolerance", "0.4")
-        assert found.code == 0, found.err
-        line = f'from `{tmp_path / "postproc.toml"}`: robot = "irb4600_60_205", force = [100.0, 0.0, 0.0]'
-        assert line in found.err.splitlines(), "the tolerance is that of the command line"
-
-
-def test_a_force_beyond_the_payload_is_told(call_as_written: Call, tmp_path: Path) -> None:
-    source = write(tmp_path / "in", {"a.mod": program("A")})
-    words = ("compensate", source / "a.mod", "--tolerance", "0.5", "--robot", "irb4600_60_205", "--check")
-    assert "BAT020" not in call_as_written(*words, "--force", "400,0,400").err  # 60 kg weigh 589 N
-    assert "warning[BAT020]: a force of 636 N" in call_as_written(*words, "--force", "450,0,450").err
-    (source / "postproc.toml").write_text("force = [450, 0, 450]\n")
-    found = call_as_written(*words)
-    assert found.code == 2 and "error[BAT020]" in found.err
-
-
-def test_a_model_is_not_taken_for_another_arm(call_as_written: Call, tmp_path: Path) -> None:
-    write(tmp_path, {"m.toml": MODEL, "a.mod": program("A")})
-    words = (
-        "compensate",
-        tmp_path / "a.mod",
-        "-m",
-        tmp_path / "m.toml",
-        "--tolerance",
-        "0.5",
-        "-o",
-        tmp_path / "b.mod",
-    )
-    refused = call_as_written(*words, "--robot", "irb4600_40_255")
-    assert refused.code == 2 and "error[MOD014]" in refused.err and not (tmp_path / "b.mod").exists()
-    meant = call_as_written(*words, "--robot", "irb4600_40_255", "--model-of-another-arm")
-    assert "the model of another arm" in meant.err.splitlines()[0] and "MOD014" not in meant.err
-    assert call_as_written(*words, "--robot", "irb4600_60_205").code == 0
 
 
 def test_settings_are_searched_up_to_the_repository_or_home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -101,20 +27,6 @@ def test_settings_are_searched_up_to_the_repository_or_home(tmp_path: Path, monk
     write(tmp_path, {"open/postproc.toml": 'robot = "ur3"\n'})
     os.chmod(tmp_path / "open", 0o777)
     assert settings_at(tmp_path / "open/c").robot == "ur5", "anybody may have put it there"
-
-
-def test_a_scheduler_comes_from_the_command_line_alone(tmp_path: Path) -> None:
-    write(tmp_path, {"postproc.toml": '[batch]\nscheduler = "tcp://127.0.0.1:8786"\n'})
-    with pytest.raises(PostprocError, match="`scheduler` is taken from the command line alone"):
-        settings_at(tmp_path)
-
-
-def test_a_configuration_beside_programs_is_named(call_as_written: Call, tmp_path: Path) -> None:
-    source = write(tmp_path / "in", {"progs/a.mod": program("A"), "MOC.cfg": MOC.replace("{base}", "")})
-    for words in (("compensate", source / "progs/a.mod"), ("batch", source, "-o", tmp_path / "out", "--workers", "1")):
-        found = call_as_written(*words)
-        assert found.code == 2 and "error[CLI013]" in found.err
-        assert f"`{source / 'MOC.cfg'}` near it is of `" in found.err and "and `irb4600_60_205`" in found.err
 
 
 def test_an_arm_that_the_library_lacks_is_not_offered_as_a_name(call_as_written: Call, tmp_path: Path) -> None:

@@ -10,25 +10,7 @@ import pytest
 from tests.batch.folders import program, write
 from tests.cli.conftest import ARM, Call
 
-MODEL = 'robot = "irb4600_60_205"\n'
 TABLE = "simulated_backlash.csv"
-
-
-@pytest.mark.parametrize(
-    ("model", "said"),
-    [
-        ("[effects.link_compliance]\nbody = [3.0]", "body"),
-        ("[fit]\nunexplained_mm = -5", "unexplained_mm"),
-        ("[fit]\nunexplained_mm = true", "unexplained_mm"),
-        ("[tool]\nxyz_mm = [1e300, 0, 0]", "xyz_mm"),
-        ('[fit]\nparameters = ["a", "a"]', "parameters"),
-    ],
-)
-def test_a_model_that_no_arm_can_be(call_as_written: Call, tmp_path: Path, model: str, said: str) -> None:
-    write(tmp_path, {"a.mod": program("A"), "m.toml": MODEL + model})
-    found = call_as_written("compensate", tmp_path / "a.mod", "-m", tmp_path / "m.toml", "-o", tmp_path / "b.mod")
-    assert found.code == 2 and said in found.err and "m.toml" in found.err
-    assert not (tmp_path / "b.mod").exists()
 
 
 @pytest.mark.parametrize("option", ["--with", "--cell", "-m", "--template"])

@@ -16,7 +16,7 @@ from postproc.cli.progress import _Work, watching
 from postproc.compensation.options import Options
 from postproc.convert import compensate_program
 from postproc.diagnostics import Source
-from postproc.files import check_writes, place, write_whole
+from postproc.files import place, write_whole
 from postproc.model.file import default_model
 from postproc.report.blocks import Document
 from postproc.report.page import render_page
@@ -53,17 +53,6 @@ def test_templates_settings_and_the_arm_of_a_model_are_inputs(
             found = call_as_written("compensate", program, option, tmp_path / name)
             assert found.code == 2 and "error[CLI007]" in found.err, name
     assert {p: p.read_bytes() for p in tmp_path.rglob("*") if p.is_file()} == before
-
-
-def test_files_are_known_by_place_and_not_by_name(tmp_path: Path) -> None:
-    (tmp_path / "Folder").mkdir()
-    (tmp_path / "link").symlink_to(tmp_path / "Folder")
-    (tmp_path / "Folder" / "a").write_text("")
-    assert place(tmp_path / "link" / "new.mod") == place(tmp_path / "Folder" / ".." / "Folder" / "new.mod")
-    assert place(tmp_path / "link" / "a") != place(tmp_path / "Folder" / "b")
-    (tmp_path / "to").symlink_to(tmp_path / "Folder" / "a")
-    assert place(tmp_path / "to") == place(tmp_path / "link" / "a") != place(tmp_path / "to", follow=False)
-    check_writes([tmp_path / "Folder" / "a"], tmp_path / "Folder" / "new" / "deep" / "a")
 
 
 def test_folders_without_case_hold_one_file_for_two_spellings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -110,20 +99,6 @@ def test_a_write_that_is_stopped_leaves_nothing(tmp_path: Path, monkeypatch: pyt
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize(
-    "words",
-    [("--tolerance", "1_0"), ("--tolerance", "\u0661"), ("--force", "-18_2316,0,0"), ("--channel", "temperature=3_0")],
-)
-def test_numbers_are_as_people_write_them(call: Call, program: Path, words: tuple[str, str]) -> None:
-    found = call("compensate", program, "--check", *words)
-    assert found.code == 2 and re.search(r"error\[CLI00[16]\]", found.err)
-    for command in (
-        ("batch", program.parent, "-o", program.parent / "out", "--workers", "1_0"),
-        ("plan", "m", "t", "-n", "1_0"),
-    ):
-        assert "error[CLI001]" in call(*command).err
-
-
 def test_numbers_of_tables_are_as_people_write_them(call: Call, samples: Path, tmp_path: Path) -> None:
     lines = (samples / "measurements" / "simulated_backlash.csv").read_text("utf-8").splitlines(keepends=True)
     cells = lines[3].split(",")
@@ -165,14 +140,6 @@ def test_a_terminal_is_shown_no_control_characters(
     monkeypatch.setattr(sys.stdout, "isatty", lambda: True, raising=False)
     write(None, data)
     assert capfdbinary.readouterr().out == b"MODULE m\r\n ! \\x1b]52;c;x\\x07 \\x9b\r\n"
-
-
-def test_results_are_printed_in_one_place() -> None:
-    import postproc.cli
-
-    folder = Path(postproc.cli.__file__).parent
-    bare = {p.name for p in folder.glob("*.py") if re.search(r"(?<![\w.])print\(", p.read_text("utf-8"))}
-    assert bare <= {"printing.py", "progress.py"}
 
 
 def test_work_that_takes_long_says_so(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shlex
-from pathlib import Path
 
 import pytest
 from cyclopts import App
@@ -42,21 +41,3 @@ def test_every_command_shows_an_example_that_it_takes(call_as_written: Call, com
 def test_groups_of_commands_show_one_of_theirs(call_as_written: Call, group: str) -> None:
     shown = " ".join(call_as_written(*group.split(), "--help").out.split())
     assert "Example: postproc " + (f"{group} " if group else "compensate ") in shown
-
-
-def test_the_first_line_says_what_is_assumed(call: Call, samples: Path, tmp_path: Path) -> None:
-    """Arm, effects and noise where a table is read; arm, tolerances and scope where a program is."""
-    table, model = samples / "measurements" / "simulated_backlash.csv", samples / "models" / "irb4600_60_205.toml"
-    taken = f"arm `irb4600_60_205`; effects joint_compliance; noise from the table; model `{model}`"
-    assert call("compare", model, table).err.splitlines()[0] == taken
-    assert call("predict", model, table, "-o", tmp_path / "p.csv").err.splitlines()[0] == taken.replace(
-        "; noise from the table", ""
-    )
-    words = ("fit", table, "--robot", "irb4600_60_205", "--effects", "instrument_frame,tool_frame", "--noise", "0.03")
-    fitted = call(*words, "-o", tmp_path / "m.toml").err.splitlines()[0]
-    assert (
-        fitted
-        == "arm `irb4600_60_205`; effects instrument_frame, tool_frame; noise 0.03 mm per axis; arm from `--robot`"
-    )
-    read = call("inspect", samples / "corner_arc.mod").err.splitlines()[0]
-    assert read == "arm `irb4600_60_205` (from --robot); tolerance 0.1 mm, 0.2 mm in the air; scope all"

@@ -152,45 +152,6 @@ def test_poses_that_would_tell_two_effects_apart(call: Call, cell: Path, tmp_pat
         assert "error[CLI010]" in call("plan", model, data, "--between", wrong).err
 
 
-@pytest.mark.parametrize(
-    ("arguments", "code"),
-    [
-        (("fit", "none.csv", "--robot", "irb4600_60_205", "--effects", BASE), "CLI002"),
-        (("fit", "{data}", "--robot", "irb1", "--effects", BASE), "KIN006"),
-        (("fit", "{data}", "--robot", "irb4600_60_205", "--effects", "backlsh"), "EFF020"),
-        (("fit", "{data}", "--robot", "irb4600_60_205", "--effects", BASE, "-o", "{data}"), "CLI007"),
-        (("fit", "{data}", "--robot", "irb4600_60_205", "--effects", BASE, "--noise", "0"), "CLI001"),
-        (("compare", "none.toml", "{data}"), "CLI002"),
-        (("compare", "{data}", "{data}"), "CLI012"),
-        (("compare", "{model}", "{program}"), "DAT"),
-        (("compare", "{model}", "{model}"), "DAT"),
-        (("add", "{model}", "backlsh", "--data", "{data}"), "EFF020"),
-        (("add", "{model}", "servo_lag", "--data", "{data}"), "DAT021"),
-        (("add", "{model}", "--data", "{data}"), "CLI011"),
-        (("add", "{model}", "backlash", "--data", "{data}", "-o", "{data}"), "CLI007"),
-        (("compare", "{model}", "{data}", "--report", "{model}"), "CLI007"),
-        (("diagnose", "{model}", "{data}", "--report", "{model}"), "CLI007"),
-        (("plan", "{model}", "{data}", "-o", "{model}"), "CLI007"),
-        (("plan", "{model}", "{data}", "-o", "new.csv", "--rapid", "new.csv"), "CLI007"),
-        (("predict", "{model}", "{data}", "-o", "{data}"), "CLI007"),
-        (("predict", "{model}", "{data}", "-o", "{model}"), "CLI007"),
-        (("diagnose", "{model}", "{data}", "--effects", "{program}"), "EFF001"),
-    ],
-)
-def test_bad_input(call: Call, cell: Path, samples: Path, arguments: tuple[str, ...], code: str) -> None:
-    known = {
-        "data": cell / "fit.csv",
-        "model": samples / "models" / "irb4600_60_205.toml",
-        "program": samples / "hull_seam.mod",
-    }
-    before = (cell / "fit.csv").read_bytes()
-    outcome = call(*(argument.format(**known) for argument in arguments))
-    assert outcome.code == 2
-    assert outcome.out == ""
-    assert f"error[{code}" in outcome.err
-    assert (cell / "fit.csv").read_bytes() == before
-
-
 def test_the_next_command_reads_the_table_in_the_same_way(call: Call, cell: Path, tmp_path: Path) -> None:
     fitted = call(
         "fit", cell / "fit.csv", "--robot", "irb4600_60_205", "--effects", BASE, "--noise", "0.03", "-o", tmp_path / "m"
@@ -207,26 +168,29 @@ def test_the_next_command_reads_the_table_in_the_same_way(call: Call, cell: Path
     assert MeasuredOptions(noise=0.03).sigma == pytest.approx(3e-5)
 
 
-def test_a_diagnosis_ends_with_the_commands_that_follow(
-    call: Call, cell: Path, samples: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    alike = {"arm_load": ("payload_error", "dress_pack"), "backlash": (), "link_compliance": ()}
-    missing = [
-        SimpleNamespace(key=key, not_separable=rivals, held_out_after=after)
-        for (key, rivals), after in zip(alike.items(), (6e-5, 3e-5, 2.98e-5), strict=True)
-    ]
-    found = SimpleNamespace(
-        diagnostics=(),
-        base=SimpleNamespace(held_out_rms=1e-4),
-        missing=missing,  # the last one is worth next to nothing, which the sentence says: no command adds it
-        suspects=(),
-        beside=(),
-        untold=False,
-        verdict="missing",
-    )
+@pytest.fixture
+def found(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
+    """What `diagnose` finds, as the test fills it in: nothing is missing."""
+    state = SimpleNamespace(approach=1, payload_mass=1)
+    base = SimpleNamespace(held_out_rms=1e-4, data=SimpleNamespace(state=state))
+    fields = {"missing": (), "suspects": (), "beside": (), "untold": False, "misleading": False, "verdict": "missing"}
+    result = SimpleNamespace(diagnostics=(), base=base, **fields)
     shown = Document(title="", values={"schema": "postproc/diagnose/1"}, sentence="The model lacks ..")
     monkeypatch.setattr("postproc.results.diagnosis.diagnosis_document", lambda *_: shown)
-    monkeypatch.setattr("postproc.identification.diagnose.diagnose", lambda *_, **__: found)
+    monkeypatch.setattr("postproc.identification.diagnose.diagnose", lambda *_, **__: result)
+    return result
+
+
+def lacking(key: str, rivals: tuple[str, ...], after: float) -> SimpleNamespace:
+    return SimpleNamespace(key=key, not_separable=rivals, held_out_after=after)
+
+
+def test_a_diagnosis_ends_with_the_commands_that_follow(
+    call: Call, cell: Path, samples: Path, found: SimpleNamespace
+) -> None:
+    # The last effect is worth next to nothing, which the sentence says: no command adds it.
+    rivals = ("payload_error", "dress_pack")
+    found.missing = [lacking("arm_load", rivals, 6e-5), lacking("backlash", (), 3e-5), lacking("x", (), 2.98e-5)]
     model, data = samples / "models" / "irb4600_60_205.toml", cell / "fit.csv"
     outcome = call("diagnose", model, data, "--noise", "0.05")
     assert (outcome.code, outcome.out) == (0, "The model lacks ..\n")
@@ -240,28 +204,15 @@ def test_a_diagnosis_ends_with_the_commands_that_follow(
 
 
 def test_the_command_that_follows_a_draft_adds_it_with_what_has_a_name(
-    call: Call, cell: Path, samples: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    call: Call, cell: Path, samples: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, found: SimpleNamespace
 ) -> None:
-    found = SimpleNamespace(
-        diagnostics=(),
-        base=SimpleNamespace(
-            held_out_rms=1e-4, data=SimpleNamespace(state=SimpleNamespace(approach=1, payload_mass=1))
-        ),
-        missing=[SimpleNamespace(key="backlash", not_separable=("servo_lag",), held_out_after=6e-5)],
-        suspects=[SimpleNamespace(share=0.95, drafts=True)],
-        beside=(),
-        untold=False,
-        misleading=False,
-        verdict="unknown",
-    )
-    shown = Document(title="", values={"schema": "postproc/diagnose/1"}, sentence="The model lacks ..")
-    monkeypatch.setattr("postproc.results.diagnosis.diagnosis_document", lambda *_: shown)
-    monkeypatch.setattr("postproc.identification.diagnose.diagnose", lambda *_, **__: found)
+    found.missing, found.verdict = [lacking("backlash", ("servo_lag",), 6e-5)], "unknown"
+    found.suspects = [SimpleNamespace(share=0.95, drafts=True)]
     monkeypatch.setattr("postproc.render.effect_file.effect_file", lambda *_: ("own", "# what remains"))
     model, data, own = samples / "models" / "irb4600_60_205.toml", cell / "fit.csv", tmp_path / "own.py"
-    said = call("diagnose", model, data, "--draft", own).err.splitlines()[1:]
+    lines = call("diagnose", model, data, "--draft", own).err.splitlines()[1:]
     model, data, own = (shlex.quote(str(path)) for path in (model, data, own))
-    assert said == [
+    assert lines == [
         f"next: `postproc add {model} backlash own --data {data} --effects {own} -o BETTER.toml` adds what was found, the "
         "draft included",
         f"or: `postproc plan {model} {data} --between backlash,servo_lag -o POSES.csv` chooses poses that tell them apart",
@@ -269,32 +220,20 @@ def test_the_command_that_follows_a_draft_adds_it_with_what_has_a_name(
 
 
 def test_what_follows_can_be_copied_into_a_shell(
-    call: Call, cell: Path, samples: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    call: Call, cell: Path, samples: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, found: SimpleNamespace
 ) -> None:
-    found = SimpleNamespace(
-        diagnostics=(),
-        base=SimpleNamespace(held_out_rms=3e-5),
-        missing=(),
-        suspects=(),
-        beside=(),
-        untold=False,
-        verdict="complete",
-    )
-    shown = Document(title="", values={"schema": "postproc/diagnose/1"}, sentence="..")
-    monkeypatch.setattr("postproc.results.diagnosis.diagnosis_document", lambda *_: shown)
-    monkeypatch.setattr("postproc.identification.diagnose.diagnose", lambda *_, **__: found)
+    found.verdict = "complete"
     monkeypatch.setattr("postproc.identification.diagnosis.too_few", lambda *_: False)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "my cell.toml").write_bytes((samples / "models" / "irb4600_60_205.toml").read_bytes())
-    outcome = call("diagnose", "my cell.toml", cell / "fit.csv")
-    said = "next: `postproc compensate PROGRAM -m 'my cell.toml' -o OUT` corrects a program with this model\n"
-    first, then = outcome.err.split("\n", 1)
+    first, then = call("diagnose", "my cell.toml", cell / "fit.csv").err.split("\n", 1)
+    command = "next: `postproc compensate PROGRAM -m 'my cell.toml' -o OUT` corrects a program with this model\n"
     assert first == "arm `irb4600_60_205`; effects joint_compliance; noise from the table; model `my cell.toml`"
-    assert then == said
+    assert then == command
     (tmp_path / "play.py").write_text(OWN)
     own = call("diagnose", "my cell.toml", cell / "fit.csv", "--noise", "0.05", "--effects", "play.py")
     assert "; noise 0.05 mm per axis; " in own.err.splitlines()[0]
-    assert own.err.split("\n", 1)[1] == said.replace("-o OUT", "--effects play.py -o OUT")
+    assert own.err.split("\n", 1)[1] == command.replace("-o OUT", "--effects play.py -o OUT")
     drafted = call("diagnose", "my cell.toml", cell / "fit.csv", "--draft", "own.py")
     assert drafted.err.splitlines()[1].startswith("info[DAT028]")
     assert not (tmp_path / "own.py").exists()
@@ -429,8 +368,3 @@ def test_an_arm_that_hangs_is_fitted_as_it_hangs(call: Call, tmp_path: Path) -> 
     _, predicted = positions(tmp_path / "out.csv")
     _, true = positions(tmp_path / "validate_true.csv")
     assert np.sqrt(np.mean((predicted - true) ** 2)) < 0.6 * NOISE_MM
-
-
-def test_a_mounting_that_is_no_angles_is_told_what_to_write(call: Call, cell: Path) -> None:
-    told = call("fit", cell / "fit.csv", "--robot", "irb4600_60_205", "--mounting", "gantry")
-    assert told.code == 2 and "CLI006" in told.err and "write `--mounting 180,0,0`" in told.err

@@ -2,85 +2,18 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import pytest
 
 from postproc.cli.app import build
 from postproc.cli.program_options import TaskOptions
+from postproc.diagnostics import PostprocError
 from postproc.settings import USER_OPTIONS, Settings, read_arm
 from postproc.settings_files import settings_at
 from tests.batch.test_tree import SYS, backup
 
-from .conftest import ARM, Call
-
-MODEL = """robot = "irb4600_60_205_seed"
-[effects.joint_compliance]
-compliance_rad_per_Nm = [4e-6, 3e-7, 3e-7, 2e-6, 2e-6, 2e-6]
-"""
-
-
-@pytest.fixture
-def program(samples: Path, tmp_path: Path) -> Path:
-    path = tmp_path / "line" / "p.mod"
-    path.parent.mkdir()
-    path.write_bytes((samples / "corner_arc.mod").read_bytes())
-    return path
-
-
-@pytest.mark.parametrize("words", [("compensate",), ("compensate", "--check"), ("inspect",), ("batch", "-o", "{out}")])
-def test_an_arm_that_nothing_names_is_an_error(
-    call_as_written: Call, program: Path, tmp_path: Path, words: tuple[str, ...]
-) -> None:
-    command, *options = (word.format(out=tmp_path / "out") for word in words)
-    found = call_as_written(command, program.parent if command == "batch" else program, *options)
-    assert (found.code, found.out) == (2, "")
-    assert found.err == (
-        f"error[CLI013]: nothing says which arm runs `{'p.mod' if command == 'batch' else program}`\n"
-        '  = help: say it with `--robot NAME`, or the line `robot = "NAME"` in a file `postproc.toml` beside or above it;'
-        " `postproc robots list` has the names\n"
-    )
-    assert [p.name for p in tmp_path.rglob("*")] == ["line", "p.mod"]
-
-
-def test_a_seam_and_a_fit_need_an_arm_too(call_as_written: Call, samples: Path, tmp_path: Path) -> None:
-    points, table = tmp_path / "seam.csv", tmp_path / "t.csv"
-    points.write_bytes((samples / "seam.csv").read_bytes())
-    table.write_bytes((samples / "measurements" / "simulated_backlash.csv").read_bytes())
-    for words in (("seam", points, "-o", tmp_path / "s.mod"), ("fit", table, "-o", tmp_path / "m.toml")):
-        found = call_as_written(*words)
-        assert found.code == 2 and "error[CLI013]" in found.err
-    (tmp_path / "postproc.toml").write_text('robot = "irb4600_60_205"\n[fit]\neffects = ["joint_ofset"]\n')
-    found = call_as_written("fit", table, "-o", tmp_path / "m.toml")
-    assert "`joint_ofset`" in found.err, "the table [fit] is read"
-
-
-def test_the_first_line_names_the_arm_and_what_named_it(call_as_written: Call, program: Path, tmp_path: Path) -> None:
-    rest = "; tolerance 0.1 mm, 0.2 mm in the air; scope all"
-    model = tmp_path / "m.toml"
-    model.write_text(MODEL)
-
-    def first(*options: str | Path) -> tuple[str, dict[str, str]]:
-        for command in ("inspect", "compensate"):
-            found = call_as_written(command, program, "--json", *options)
-            assert found.code == 0
-            document = json.loads(found.out)
-        return found.err.splitlines()[0], {key: document[key] for key in ("robot", "robot_from", "scope")}
-
-    line, said = first("--robot", "irb4600_60_205")
-    assert line == f"arm `irb4600_60_205` (from --robot){rest}"
-    assert said == {"robot": "irb4600_60_205", "robot_from": "--robot", "scope": "all"}
-    assert first("-m", model)[0] == f"arm `irb4600_60_205_seed` as in `{model}` (from --model){rest}"
-    (tmp_path / "postproc.toml").write_text('model = "m.toml"\nscope = "welds"\nair_tolerance_mm = 0.5\n')
-    line, said = first()
-    toml = tmp_path / "postproc.toml"
-    assert line == (
-        f"arm `irb4600_60_205_seed` as in `{model}` (from {toml}); tolerance 0.1 mm, 0.5 mm in the air; scope welds"
-    )
-    assert said == {"robot": "irb4600_60_205_seed", "robot_from": str(toml), "scope": "welds"}
-    assert first("--robot", "irb4600_60_205")[0].startswith("arm `irb4600_60_205` (from --robot);"), "the whole arm"
-
+from .conftest import Call
 
 # Of each option: a line of a file and its value, words of the command line and their value.
 STATED: dict[str, tuple[str, object, str, object]] = {
@@ -144,45 +77,6 @@ def test_a_robot_file_stands_beside_the_settings(tmp_path: Path, samples: Path) 
     assert read_arm(settings_at(tmp_path), "p").robot.name == "irb4600_60_205"
 
 
-@pytest.mark.parametrize(
-    ("text", "place", "words"),
-    [
-        ('robot = "ur5"\ntolerence_mm = 1\n', "2:1", "did you mean `tolerance_mm`?"),
-        ('effects = ["own.py"]\n', "1:1", "unknown key `effects`"),
-        ("scope = 'weld'\n", "1:9", "`scope`"),
-        ("tolerance_mm = -1\n", "1:16", "`tolerance_mm`"),
-        ('already = ["gravety"]\n', "1:11", "`already.0`"),
-        ("force = [1, 2]\n", "1:9", "`force`"),
-        ("[fit]\nrobot = 'ur5'\n", "2:1", "unknown key `robot`"),
-        ("[batch]\nworkers = 0\n", "2:11", "`batch.workers`"),
-        ("robot = \n", "1:9", "not TOML"),
-        ("robot = '\xff'\n", "1:10", "not UTF-8"),
-        ('robot = "\\u0000"\n', "", "robot"),
-        ("tolerance_mm = nan\n", "", "tolerance_mm"),
-        ("tolerance_mm = true\n", "", "tolerance_mm"),
-        ('force = ["1", "2", "3"]\n', "", "force"),
-        ("force = [1e300, inf, 0]\n", "", "force"),
-        ('with = ["\\u0000"]\n', "", "with"),
-        (".".join(["a"] * 20_000) + " = 1\n", "", "parts"),
-    ],
-)
-def test_mistakes_in_the_settings_stand_at_their_place(
-    call_as_written: Call, program: Path, text: str, place: str, words: str
-) -> None:
-    path = program.parent / "postproc.toml"
-    path.write_bytes(text.encode("latin-1"))
-    for command in ("compensate", "inspect"):
-        found = call_as_written(command, program)
-        assert (found.code, found.out) == (2, "")
-        assert "error[CLI014]" in found.err and words in found.err and f"--> {path}:{place}" in found.err
-
-
-def test_settings_that_cannot_be_read_are_no_missing_settings(call_as_written: Call, program: Path) -> None:
-    (program.parent / "postproc.toml").mkdir()
-    found = call_as_written("compensate", program, *ARM)
-    assert found.code == 2 and "error[CLI014]" in found.err
-
-
 def test_a_program_in_a_backup_is_for_the_arm_of_its_task(call_as_written: Call, tmp_path: Path) -> None:
     root = backup(tmp_path / "in")
     module = root / "RAPID" / "TASK1" / "PROGMOD" / "Seam.mod"
@@ -208,21 +102,13 @@ def test_an_arm_that_is_not_understood_is_named(call_as_written: Call, tmp_path:
     assert not (tmp_path / "out").exists()
 
 
-def test_folders_of_a_batch_have_settings_of_their_own(call_as_written: Call, program: Path, tmp_path: Path) -> None:
-    other = tmp_path / "line" / "seed"
-    other.mkdir()
-    (other / "q.mod").write_bytes(program.read_bytes())
-    (tmp_path / "line" / "postproc.toml").write_text(
-        'robot = "irb4600_60_205"\ntolerance_mm = 0.2\n[batch]\nworkers = 1\n'
-    )
-    (other / "postproc.toml").write_text('robot = "irb4600_60_205_seed"\ntolerance_mm = 0.2\n')
-    found = call_as_written("batch", program.parent, "-o", tmp_path / "out", "--json")
-    assert found.code == 0
-    tasks = json.loads(found.out)["tasks"]
-    assert [t["robot"] for t in tasks] == ["irb4600_60_205", "irb4600_60_205_seed"]
-    assert [t["robot_from"] for t in tasks] == [str(p / "postproc.toml") for p in (program.parent, other)]
-    assert found.err.splitlines()[0].startswith("1 task: arm `irb4600_60_205` (from ")
-    assert not list((tmp_path / "out").rglob("postproc.toml")), "settings are not part of the tree"
+def test_the_former_name_of_taught_data_is_still_read(tmp_path: Path) -> None:
+    (tmp_path / "postproc.toml").write_text('robot = "irb4600_60_205"\nconstant = ["n"]\nalready = ["gravity"]\n')
+    options = settings_at(tmp_path).options
+    assert (options.taught, options.already) == (("n",), ("gravity",))
+    (tmp_path / "postproc.toml").write_text('already = ["gravety"]\n')
+    with pytest.raises(PostprocError, match="CLI014"):
+        settings_at(tmp_path)
 
 
 def test_what_a_fit_knows_holds_for_the_arm_that_was_measured(samples: Path, tmp_path: Path) -> None:

@@ -5,7 +5,6 @@ import pickle
 import numpy as np
 import pytest
 
-from postproc.diagnostics import PostprocError
 from postproc.effects.asking import displacement_of, load_of
 from postproc.effects.base import (
     Array,
@@ -19,6 +18,7 @@ from postproc.effects.base import (
 from postproc.effects.example import example_state
 from postproc.effects.library.joints.backlash import Backlash
 from postproc.effects.registry import BUILT_IN
+from tests.build import refused
 
 
 class Wobble(Effect, reads=("q", "humidity")):
@@ -110,17 +110,7 @@ def test_wrong_tables_are_named(table, code, message, help):
     (problem,) = Wobble.problems(table)
     assert (problem.code, problem.message, problem.help) == (code, message, help)
     assert problem.field == next(iter(table))
-    with pytest.raises(PostprocError) as error:
-        Wobble.from_file(table)
-    assert error.value.diagnostics[0].code == code
-
-
-def test_all_problems_at_once():
-    assert [p.field for p in Wobble.problems({"gain_rad": 3.0, "knee_Nm": [1], "extra": 0, "law": 1})] == [
-        "extra",
-        "law",
-    ]
-    assert [p.field for p in Wobble.problems({"gain_rad": 3.0, "knee_Nm": [1]})] == ["gain_rad", "knee_Nm"]
+    assert refused(lambda: Wobble.from_file(table))[0].code == code
 
 
 def test_unrecorded_channels_give_nothing_instead_of_an_error():
@@ -159,16 +149,6 @@ def test_forms_by_joint_screen_amplitudes_and_refit_what_forms_them():
     assert [f.label for f in forms] == ["all joints", *(f"joint {j}" for j in range(1, 7))]
     assert [f.count for f in forms] == [6, 1, 1, 1, 1, 1, 1]
     assert forms[3].free.tolist() == [False, False, True, False, False, False]
-
-
-def test_bodies_that_stand_still_are_left_out():
-    class Push(Effect):
-        """Moves one of two bodies."""
-
-        def displacement(self, state):
-            return Displacement(body={1: np.zeros((len(state), 6)), 2: np.ones((len(state), 6))})
-
-    assert list(displacement_of(Push(), State(q=np.zeros((2, 6)))).body) == [2]
 
 
 @pytest.mark.parametrize("cls", BUILT_IN, ids=lambda c: c.key)

@@ -15,6 +15,7 @@ from postproc.effects.findings import origin
 from postproc.effects.library.joints.backlash import Backlash
 from postproc.effects.loading import load_effect_file
 from postproc.effects.registry import BUILT_IN, effect_library, find_effect
+from tests.build import refused
 
 KEYS = [
     "instrument_frame",
@@ -103,9 +104,7 @@ def test_imported_effects_are_not_taken_for_the_files_own(step_file):
 def test_a_taken_key_names_both_places(step_file, tmp_path):
     other = tmp_path / "other.py"
     other.write_text(STEP)
-    with pytest.raises(PostprocError) as error:
-        effect_library([step_file, other])
-    (found,) = error.value.diagnostics
+    (found,) = refused(lambda: effect_library([step_file, other]))
     assert (found.code, found.place) == ("EFF007", f"{other}:5:1")
     assert found.message == f"the key `gear_step` is taken twice: {step_file}:5 and {other}:5"
 
@@ -133,17 +132,13 @@ def test_a_key_of_the_library_cannot_be_taken(tmp_path):
 def test_files_that_do_not_load(tmp_path, text, code, place, message):
     path = tmp_path / "mine.py"
     path.write_text(text)
-    with pytest.raises(PostprocError) as error:
-        load_effect_file(path)
-    (found,) = error.value.diagnostics
+    (found,) = refused(lambda: load_effect_file(path))
     assert (found.code, found.place) == (code, f"{path}{place}")
     assert found.message.split(". Did")[0] == message.split(". Did")[0]
 
 
 def test_a_file_that_is_not_there(tmp_path):
-    with pytest.raises(PostprocError) as error:
-        load_effect_file(tmp_path / "none.py")
-    assert error.value.diagnostics[0].code == "EFF001"
+    assert refused(lambda: load_effect_file(tmp_path / "none.py"))[0].code == "EFF001"
     with pytest.raises(PostprocError) as error:
         path = tmp_path / "effect.txt"
         path.write_text(STEP)
@@ -152,9 +147,7 @@ def test_a_file_that_is_not_there(tmp_path):
 
 
 def test_unknown_keys_get_near_ones():
-    with pytest.raises(PostprocError) as error:
-        find_effect("joint_complience", effect_library())
-    (found,) = error.value.diagnostics
+    (found,) = refused(lambda: find_effect("joint_complience", effect_library()))
     assert (found.code, found.message) == ("EFF020", "there is no effect `joint_complience`")
     assert found.help.startswith("did you mean `joint_compliance`")
     assert find_effect("backlash", effect_library()).key == "backlash"
@@ -207,9 +200,7 @@ def test_a_broken_package_stops_only_who_asks_for_it(monkeypatch, value, code, s
     library = effect_library()
     assert list(library) == [cls.key for cls in registry.BUILT_IN]
     assert library["backlash"] is Backlash
-    with pytest.raises(PostprocError) as error:
-        find_effect("rattler", library)
-    unknown, *rest = error.value.diagnostics
+    unknown, *rest = refused(lambda: find_effect("rattler", library))
     assert unknown.code == "EFF020"
     assert unknown.help.startswith("a package of effects is broken")
     assert [(d.code, d.severity) for d in rest[:1]] == [(code, "warning")]

@@ -13,6 +13,7 @@ from postproc.measure.measurements import Measurements
 from postproc.measure.read.table import read_measurements
 from postproc.measure.read.terms import Reading
 from postproc.robot.catalogue import load_robot
+from tests.build import refused
 from tests.measure.tables import HEADER, points, poses, source
 
 ARM = load_robot("irb4600_60_205")
@@ -77,9 +78,7 @@ def test_rows_in_another_unit_are_left_out_or_named(factor, share):
     if share < 0.05:
         assert np.flatnonzero(~written(q, y).usable).tolist() == bad.tolist()
         return
-    with pytest.raises(PostprocError) as raised:
-        written(q, y)
-    (found,) = raised.value.diagnostics
+    (found,) = refused(lambda: written(q, y))
     named = re.findall(r"(\d+)(?: to (\d+))?", found.message.partition("; rows ")[2])
     assert {k for a, b in named for k in range(int(a), int(b or a) + 1)} == set((bad + 1).tolist())
 
@@ -101,9 +100,7 @@ def test_too_many_wrong_rows_are_an_error_that_names_them():
     q, y = measured()
     bad = spoilt_rows(0.4, True, np.random.default_rng(0))
     y[bad] = rotated(y[bad], np.random.default_rng(0))
-    with pytest.raises(PostprocError) as raised:
-        written(q, y)
-    (found,) = raised.value.diagnostics
+    (found,) = refused(lambda: written(q, y))
     assert found.code == "DAT009" and f"rows {bad[0] + 1} to {bad[-1] + 1}" in found.message
 
 
@@ -147,9 +144,7 @@ def seen_from_anywhere(count: int, size: int) -> tuple[np.ndarray, np.ndarray, l
 @pytest.mark.parametrize("size", [2, 3, 4])
 def test_sessions_of_few_poses_from_several_places_are_named_as_the_cause(size):
     """Six unknowns of each place want more than the few numbers of its rows: nothing is said of the arm."""
-    with pytest.raises(PostprocError) as raised:
-        written(*seen_from_anywhere(60 // size, size))
-    (found,) = raised.value.diagnostics
+    (found,) = refused(lambda: written(*seen_from_anywhere(60 // size, size)))
     assert found.code == "DAT009"
     assert f"no session has more than {size} poses" in found.message and "not all seen from one place" in found.message
     assert "8 poses or more from each place" in found.help

@@ -13,6 +13,7 @@ from postproc.measure.read.columns import likely_map
 from postproc.measure.read.table import read_measurements
 from postproc.robot.catalogue import load_robot
 from postproc.robot.kinematics import forward
+from tests.build import refused
 from tests.measure.tables import HEADER, column_map, points, poses
 
 Q = poses(12)
@@ -76,9 +77,7 @@ def test_a_map_is_proposed_that_works(header, factor):
         number=lambda x: f"{factor[0] * x:.8f}",
         place=lambda x: f"{factor[1] * x:.8f}",
     )
-    with pytest.raises(PostprocError) as error:
-        read(data)
-    proposed = error.value.diagnostics[0].help
+    proposed = refused(lambda: read(data))[0].help
     assert "[columns]" in proposed
     found = read(data, tomllib.loads(proposed[proposed.index("[columns]") :]))
     np.testing.assert_allclose(1e3 * found.position, PLACES, atol=1e-3)
@@ -131,9 +130,7 @@ def test_names_that_state_their_unit_need_no_map():
     ids=["UR", "whose", "meas"],
 )
 def test_names_that_robots_and_trackers_use_are_proposed(header, first, place):
-    with pytest.raises(PostprocError) as raised:
-        read(table(header=header))
-    lines = raised.value.diagnostics[0].help.splitlines()
+    lines = refused(lambda: read(table(header=header)))[0].help.splitlines()
     assert {first, place} <= set(lines)
 
 
@@ -243,9 +240,9 @@ def test_orientations_that_no_form_explains_say_so():
     ],
 )
 def test_a_wrong_orientation_map_is_a_finding(layout):
-    with pytest.raises(PostprocError) as error:
-        read(with_columns("u,v,w", ["1,2,3"] * len(Q)), {"orientation": layout})
-    assert [d.code for d in error.value.diagnostics] == ["DAT002"]
+    assert [
+        d.code for d in refused(lambda: read(with_columns("u,v,w", ["1,2,3"] * len(Q)), {"orientation": layout}))
+    ] == ["DAT002"]
 
 
 @pytest.mark.parametrize(
@@ -263,9 +260,11 @@ def test_a_wrong_orientation_map_is_a_finding(layout):
     ],
 )
 def test_a_wrong_map_says_where_and_what_is_allowed(text, place, says):
-    with pytest.raises(PostprocError) as error:
-        read_measurements(Source("t.csv", table()), load_robot("irb4600_60_205"), None, Source("m.toml", text.encode()))
-    (found,) = error.value.diagnostics
+    (found,) = refused(
+        lambda: read_measurements(
+            Source("t.csv", table()), load_robot("irb4600_60_205"), None, Source("m.toml", text.encode())
+        )
+    )
     assert (found.code, found.place) == ("DAT002", f"m.toml:{place}")
     assert says in found.message + found.help
 
@@ -319,9 +318,8 @@ def test_signs_alone_are_sides():
     names = ",".join(f"dir{j}" for j in range(1, 7))
     found = read(with_columns(names, ["+,-,+,+,-,0"] * (len(Q) // 2) + ["-,+,+,-,+,+"] * (len(Q) - len(Q) // 2)))
     np.testing.assert_array_equal(found.state.approach[[0, -1]], [[1, -1, 1, 1, -1, 0], [-1, 1, 1, -1, 1, 1]])
-    with pytest.raises(PostprocError) as caught:
-        read(with_columns(names, ["up,up,down,up,up,up"] * len(Q)))
-    assert {d.code for d in caught.value.diagnostics} == {"DAT003"} and "+1, -1" in caught.value.diagnostics[0].help
+    caught = refused(lambda: read(with_columns(names, ["up,up,down,up,up,up"] * len(Q))))
+    assert {d.code for d in caught} == {"DAT003"} and "+1, -1" in caught[0].help
 
 
 @pytest.mark.parametrize("name", ["Achse {} [°]", "Axe {} (deg)", "Gelenk{} [deg]"])
@@ -351,7 +349,5 @@ def test_a_map_is_offered_from_three_known_columns_on() -> None:
 def test_the_map_that_a_terminal_shows_can_be_copied() -> None:
     """The lines that are proposed stand as lines of their own, and are a map by which the table is read."""
     data = table(header="pose,A1,A2,A3,A4,A5,A6,X,Y,Z")
-    with pytest.raises(PostprocError) as caught:
-        read(data)
-    shown = caught.value.diagnostics[0].render().partition("with the lines:\n")[2]
+    shown = refused(lambda: read(data))[0].render().partition("with the lines:\n")[2]
     np.testing.assert_allclose(1e3 * read(data, tomllib.loads(shown)).position, PLACES, atol=1e-3)

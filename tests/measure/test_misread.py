@@ -10,6 +10,7 @@ from postproc.diagnostics import PostprocError
 from postproc.measure.read.table import read_measurements
 from postproc.robot.catalogue import load_robot
 from postproc.robot.kinematics import forward
+from tests.build import refused
 from tests.measure.tables import HEADER, column_map, edited, poses, source, table
 
 ARM = load_robot("irb4600_60_205")
@@ -217,9 +218,7 @@ def beside_others(points: list[int]) -> list[str]:
     ids=["missed", "early", "twice", "late", "all"],
 )
 def test_points_beside_the_angles_of_other_rows_are_told(points, says, line):
-    with pytest.raises(PostprocError) as raised:
-        read(beside_others(points))
-    (found,) = raised.value.diagnostics
+    (found,) = refused(lambda: read(beside_others(points)))
     assert found.code == "DAT009"
     assert found.message.startswith(says)
     assert found.as_json()["line"] == line
@@ -243,9 +242,7 @@ def test_a_few_points_of_other_rows_are_told_one_by_one():
 )
 def test_a_unit_that_a_name_states_wrongly_is_told_as_what_it_is(old, new, says):
     head, *rows = table(N)
-    with pytest.raises(PostprocError) as raised:
-        read([head.replace(old, new), *rows])
-    found = raised.value.diagnostics[-1]
+    found = refused(lambda: read([head.replace(old, new), *rows]))[-1]
     assert says[0] in found.message
     assert says[1] in found.help
 
@@ -253,23 +250,21 @@ def test_a_unit_that_a_name_states_wrongly_is_told_as_what_it_is(old, new, says)
 def test_the_columns_of_an_instrument_alone_lack_the_joint_angles():
     rows = table(N)[1:]
     layout = {"columns": {"x_mm": "X", "y_mm": "Y", "z_mm": "Z"}}
-    with pytest.raises(PostprocError) as raised:
-        read(["Point,X,Y,Z", *(",".join([row.split(",")[0], *row.split(",")[7:10]]) for row in rows)], layout)
-    (found,) = raised.value.diagnostics
+    (found,) = refused(
+        lambda: read(["Point,X,Y,Z", *(",".join([row.split(",")[0], *row.split(",")[7:10]]) for row in rows)], layout)
+    )
     assert "there are no commanded joint angles" in found.message
     assert "put the joint angles that the controller commanded beside the points" in found.help
 
 
 def test_units_and_commas_within_cells_are_told():
     head, *rows = table(N)
-    with pytest.raises(PostprocError) as raised:
-        read([head, *(f"{row} mm" for row in rows)])
-    assert any(
-        "write the number alone, and its unit behind the column's name" in d.help for d in raised.value.diagnostics
+    raised = refused(lambda: read([head, *(f"{row} mm" for row in rows)]))
+    assert any("write the number alone, and its unit behind the column's name" in d.help for d in raised)
+    assert (
+        "is the comma the decimal sign, too?"
+        in refused(lambda: read([head, *(row.replace(".", ",") for row in rows)]))[0].help
     )
-    with pytest.raises(PostprocError) as raised:
-        read([head, *(row.replace(".", ",") for row in rows)])
-    assert "is the comma the decimal sign, too?" in raised.value.diagnostics[0].help
 
 
 def test_rows_without_a_point_are_listed_once():

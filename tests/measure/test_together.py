@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from postproc.diagnostics import PostprocError, Source
+from postproc.diagnostics import Source
 from postproc.measure.read.terms import Reading
 from postproc.measure.read.together import read_tables
 from postproc.robot.catalogue import load_robot
+from tests.build import refused
 from tests.measure.tables import TOOL, edited, points, table
 
 ARM = load_robot("irb4600_60_205")
@@ -29,10 +30,8 @@ def read(*tables, **more):
     return read_tables([Source(f"{'ab'[k]}.csv", "\n".join(t).encode()) for k, t in enumerate(tables)], ARM, **more)
 
 
-def refused(*tables):
-    with pytest.raises(PostprocError) as caught:
-        read(*tables)
-    (found,) = caught.value.diagnostics
+def refusal(*tables):
+    (found,) = refused(lambda: read(*tables))
     assert found.code == "DAT031" and found.help
     return found.message
 
@@ -88,16 +87,16 @@ def test_a_clock_that_begins_anew_goes_on_and_rows_are_numbered_in_each_file():
 
 
 def test_what_cannot_belong_together_is_refused():
-    assert "same table" in refused(FIRST, FIRST)
+    assert "same table" in refusal(FIRST, FIRST)
     joints = np.array([[float(x) for x in line.split(",")[1:7]] for line in LATER[1:]])
     other = points(joints, TOOL + np.array([0.0, 0.04, 0.0]))
     longer = [
         LATER[0],
         *(",".join([*line.split(",")[:7], *map(str, p)]) for line, p in zip(LATER[1:], other, strict=True)),
     ]
-    assert "not one point of the flange" in refused(FIRST, longer)
+    assert "not one point of the flange" in refusal(FIRST, longer)
     moved = edited(LATER, PLACES[:1], lambda x: x + 500)
-    assert "both name session `1`" in refused(with_columns(FIRST, session=1), with_columns(moved, session=1))
+    assert "both name session `1`" in refusal(with_columns(FIRST, session=1), with_columns(moved, session=1))
     assert len(read(FIRST, moved)) == 35
 
 

@@ -39,14 +39,6 @@ def test_every_combination_of_parameters_keeps_its_variance(count: int, rows: in
     np.testing.assert_allclose(np.diag(found), 1.0, rtol=1e-12)
 
 
-def test_parameters_that_are_one_and_the_same_survive() -> None:
-    """A singular matrix: the sum of two that always differ in sign alone stays certain."""
-    correlation = np.array([[1.0, -1.0, 0.5], [-1.0, 1.0, -0.5], [0.5, -0.5, 1.0]])
-    found = unpack_correlation(pack_correlation(correlation), 3)
-    np.testing.assert_allclose(found, correlation, atol=1e-9)
-    assert found.flags.writeable is False
-
-
 def test_a_text_of_other_parameters_is_refused() -> None:
     text = pack_correlation(np.eye(4))
     for wrong, count in ((text, 3), (text, 5), (text[:-8], 4), ("", 2), ("\u00e9" * 8, 2)):

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from postproc.motion.path.samples import sample_path
 from postproc.motion.smoothing import GENTLE, SHARE, transition
@@ -32,18 +30,6 @@ def test_a_burst_vanishes_and_what_lasts_stays_in_full() -> None:
     lasting = np.where((t > 0.5) & (t < 1.5), -3.0, 0.0)
     away = (np.abs(t - 0.5) > 0.0126) & (np.abs(t - 1.5) > 0.0126)  # one step of an eighth of the period
     assert kept(lasting, 0.1)[away] == pytest.approx(lasting[away])
-
-
-@given(st.integers(0, 200), st.floats(0.02, 0.2))
-def test_never_more_than_there_is_nearby(seed: int, period: float) -> None:
-    rng = np.random.default_rng(seed)
-    a = np.convolve(rng.normal(size=400), np.ones(int(rng.integers(1, 60))), "same")
-    part = kept(a, period)
-    step = int(np.ceil(period / 8 / 0.001))
-    near = np.arange(400)[:, None] + np.arange(-step, step + 1)
-    around = a[np.clip(near, 0, 399)]
-    assert (part <= np.maximum(around.max(axis=1), 0.0) + 1e-9).all()
-    assert (part >= np.minimum(around.min(axis=1), 0.0) - 1e-9).all()
 
 
 def test_long_motions_in_pieces_equal_one_piece(monkeypatch: pytest.MonkeyPatch) -> None:

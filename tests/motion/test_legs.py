@@ -36,11 +36,6 @@ def test_legs_cover_the_program_and_meet_at_stops() -> None:
     assert done == len(moves)
 
 
-def test_without_a_stop_there_is_one_leg() -> None:
-    moves = tuple(chain(*(line(pose(1.1, 0.01 * i, 0.5), zone=0.001) for i in range(30))))
-    assert [(first, len(leg)) for first, leg in cut_legs(moves, np.full(30, 10), most=35)] == [(0, 30)]
-
-
 def test_legs_are_timed_as_the_whole_is() -> None:
     moves = tuple(rows())[:-1]
     period = 0.1

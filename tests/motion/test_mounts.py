@@ -15,23 +15,6 @@ Q = np.array([HOME, HOME + 0.2])
 FLANGE = tcp(Q, np.eye(4))
 
 
-def test_the_way_of_the_tcp_is_seen_from_what_carries_the_work() -> None:
-    T = MOUNTS.work(FLANGE)
-    assert np.allclose(T[0], FLANGE[0] @ TORCH, atol=1e-12)
-    assert np.allclose(FLANGE[1] @ T[1], STAND, atol=1e-12)
-    assert np.allclose(MOUNTS.flange(T), FLANGE, atol=1e-12)
-    assert np.allclose(MOUNTS.base_tcp(T), [FLANGE[0] @ TORCH, STAND], atol=1e-12)
-    assert np.allclose(FLANGE @ MOUNTS.flange_tcp(T), MOUNTS.base_tcp(T), atol=1e-12)
-
-
-def test_a_displaced_arm_displaces_the_tool_or_the_work() -> None:
-    T = MOUNTS.work(FLANGE)
-    moved = tcp(Q + 1e-3, np.eye(4))
-    seen = MOUNTS.seen(moved @ MOUNTS.flange_tcp(T), T)
-    assert np.allclose(seen[0], moved[0] @ TORCH, atol=1e-12)
-    assert np.allclose(moved[1] @ seen[1], STAND, atol=1e-12)
-
-
 @pytest.mark.parametrize("axis", range(6))
 def test_joint_angles_of_a_small_shift(axis: int) -> None:
     """Turning the joints as the inverse Jacobian says shifts the TCP on the work by the shift, to first order."""

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from postproc.diagnostics import PostprocError
 from postproc.motion.path.samples import sample_path
 from postproc.motion.timing.fastest import Grid, fastest
 from postproc.motion.timing.inertia import inertial_torque
@@ -17,6 +16,7 @@ from postproc.motion.timing.spline import Runs
 from postproc.motion.timing.trajectory import Trajectory, retime
 from postproc.motion.values import Move
 from postproc.robot.arm import Robot
+from tests.build import refused
 from tests.cost import operations
 from tests.motion.build import ROBOT, arc, chain, joint, line, pose, tcp
 
@@ -192,12 +192,6 @@ def test_reorientation_speed_is_kept() -> None:
     assert trajectory.t[-1] == pytest.approx(3.0 + trajectory.profile.law.window[0], abs=0.15)
 
 
-def test_slow_down_reaches_the_weld_speed_before_the_weld(trajectory: Trajectory) -> None:
-    path = trajectory.path
-    welding = (path.move == 3) & ~path.blend
-    assert trajectory.tcp_speed[welding].max() < 0.01 * 1.005
-
-
 def torque(trajectory: Trajectory) -> np.ndarray:
     """Joint torques (n, 6) [N m] of the bare arm, without its weight."""
     none = np.zeros(len(trajectory.t))
@@ -215,10 +209,9 @@ def test_torque_limits() -> None:
     assert np.abs(torque(free)[:, 0]).max() > 200.0
     assert np.abs(torque(held)[:, 0]).max() < 200.0 * 1.05
     none = replace(ROBOT, torque=np.array([200.0, 10.0, 2000.0, 300.0, 200.0, 100.0]))
-    with pytest.raises(PostprocError) as error:
-        retime(none, path)
-    assert error.value.diagnostics[0].code == "MOT010"
-    assert "joint 2" in error.value.diagnostics[0].message
+    error = refused(lambda: retime(none, path))
+    assert error[0].code == "MOT010"
+    assert "joint 2" in error[0].message
 
 
 def test_the_same_motion_keeps_the_limits_and_a_wild_correction_does_not(trajectory: Trajectory) -> None:

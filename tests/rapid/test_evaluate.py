@@ -10,10 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from postproc.diagnostics import Source
 from postproc.rapid.data.records import RobTarget
-from postproc.rapid.execution.walk import walk, walk_program
-from postproc.rapid.program.program import read_program
 from tests.rapid.build import UNUSED, events
 
 P1 = "[[100,200,300],[0.3,-0.5,0.7,0.4],[0,-1,2,1],[5,9E9,9E9,9E9,9E9,9E9]]"
@@ -208,64 +205,3 @@ def test_what_is_not_known_has_a_reason(target: str, reason: str) -> None:
     event = events(f"MoveL {target},v5,z0,tool0;", data)[0]
     assert event.target is None
     assert event.reason in (reason, reason.replace("circle2", "circle1"))
-
-
-def test_types_that_alias_renames_are_what_they_rename() -> None:
-    """A target of a renamed type is changed by components, handed to a routine and moved to as any other."""
-    text = f"""MODULE M
-  ALIAS robtarget place;
-  ALIAS num length;
-  CONST place pA:={P1};
-  PROC main()
-    VAR place q;
-    VAR length n:=3;
-    q:=pA;
-    FOR i FROM 1 TO n DO
-      q.trans.z:=q.trans.z+10;
-    ENDFOR
-    go q;
-    go pA;
-  ENDPROC
-  PROC go(place p)
-    MoveL p,v100,fine,tool0;
-  ENDPROC
-ENDMODULE
-"""
-    high, low = walk(read_program([Source("m.mod", text.encode())]))
-    assert isinstance(high.target, RobTarget) and isinstance(low.target, RobTarget)
-    assert high.target.trans[2] - low.target.trans[2] == 30.0
-    assert low.target_origin.declaration == "m..pa" and low.target_origin.handed is not None
-
-
-def test_elements_that_the_program_has_written_are_known_and_the_others_are_not() -> None:
-    body = "pT{2}:=q; MoveL pT{2},v5,z0,tool0; MoveL pT{1},v5,z0,tool0; pT{1}:=p; MoveL pT{1},v5,z0,tool0;"
-    first, open_, last = events(body, DATA + "VAR robtarget pT{2};")
-    assert first.target == moved("q") and last.target == moved("p")
-    assert open_.target is None and "no certain value" in (open_.reason or "")
-
-
-def test_numbers_handed_to_a_parameter_have_its_type() -> None:
-    text = f"""MODULE M
-  CONST robtarget p:={P1};
-  PROC main()
-    go p,[5,0,-7];
-  ENDPROC
-  PROC go(robtarget at,pos by)
-    MoveL Offs(at,by.x,by.y,by.z),v100,fine,tool0;
-  ENDPROC
-ENDMODULE
-"""
-    (event,) = walk(read_program([Source("m.mod", text.encode())]))
-    assert isinstance(event.target, RobTarget) and event.target.trans == (105.0, 200.0, 293.0)
-
-
-def test_a_signal_in_a_frame_leaves_the_statements_that_use_it() -> None:
-    """Nobody can give a file that declares a signal: it is no reason to refuse the program."""
-    data = DATA + 'PERS wobjdata w:=[FALSE,TRUE,"",[[0,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];'
-    body = (
-        "w.oframe.trans:=[1,2,3]; MoveL p,v5,z0,tool0\\WObj:=w; w.oframe.trans.z:=aiCam; MoveL q,v5,z0,tool0\\WObj:=w;"
-    )
-    text = f"MODULE M\n{data}\nPROC main()\n{body}\nENDPROC\nENDMODULE\n"
-    walked = walk_program(read_program([Source("m.mod", text.encode())]))
-    assert [d.severity for d in walked.diagnostics if d.code == "RAP020"] == ["warning"]
-    assert [e.reason is None for e in walked.events] == [True, False]

@@ -1,10 +1,9 @@
-"""What may write declared data while a program runs: the text of these files, and what is in none of them."""
+"""Which parts of declared data a program writes, and what holds where the arm stands; the rest is in ``corpus/assumed.txt``."""
 
 from __future__ import annotations
 
 import pytest
 
-from postproc.rapid.program.late_binding import may_be, text_template
 from postproc.rapid.program.write_effects import WriteEffects
 from tests.rapid.build import module, program, target
 
@@ -16,76 +15,6 @@ LOCAL PERS robtarget pSet:={target(1, 2, 3)};
 VAR num n:=1;
 LOCAL VAR num nOwn:=1;
 """
-
-
-def written(body: str, more: str = "") -> set[str]:
-    """Names of the data that may be written."""
-    text = f"MODULE M\n{DATA}\nPROC main()\n{body}\nENDPROC\n{more}\nENDMODULE\n"
-    return {key.rsplit(".", 1)[1] for key in WriteEffects(program(text)).may_be_written}
-
-
-SET = "PROC rSet1()\n  pSet:=pConst; nOwn:=2;\nENDPROC"
-
-
-@pytest.mark.parametrize(
-    ("body", "expected"),
-    [
-        ("MoveL pPers,v5,z0,tool0; TPWrite \"a\"; WaitTime 1; ClkReset clk; SetDO do1,1; Incr nOwn;", {"nown"}),
-        ("rMeasure;", {"ppers", "n"}),
-        ("rMeasure pOwn;", {"ppers", "n", "pown"}),
-        ("x:=fMeasure(1);", {"ppers", "n"}),
-        ("x:=fMeasure(pOwn);", {"ppers", "n", "pown"}),
-        ("x:=Offs(pOwn,0,0,0); y:=CRobT(); z:=Distance(a,b);", set()),
-        ("%\"rMeasure\"%;", {"ppers", "n"}),
-        ("%\"rMeasure\"% pOwn;", {"ppers", "n", "pown"}),
-        ("%sName% nOwn;", {"ppers", "n", "nown"}),
-        ("CallByVar \"rMeasure\",2;", {"ppers", "n"}),
-        ("MoveLSync pConst,v5,z0,tool0,\"rMeasure\";", {"ppers", "n"}),
-        ("IVarValue \"C:\",1,nOwn,intno;", {"nown"}),
-        ("SearchL di1,pOwn,pConst,v5,tool0;", {"pown"}),
-    ],
-)  # fmt: skip
-def test_what_is_in_none_of_the_files_may_write_what_it_can_see(body: str, expected: set[str]) -> None:
-    assert written(body) == expected
-
-
-@pytest.mark.parametrize(
-    "call", ["rSet1;", '%"rSet1"%;', 'CallByVar "rSet",1;', 'MoveLSync pConst,v5,z0,tool0,"rSet1";']
-)
-def test_a_procedure_that_is_named_by_a_text_is_looked_up(call: str) -> None:
-    assert written(call, SET) == {"pset", "nown"}
-
-
-@pytest.mark.parametrize("call", ['%"rSet"+ValToStr(n)%;', 'CallByVar "rSet",n;', "%sName%;"])
-def test_a_name_of_which_a_part_is_known_only_at_run_time_may_be_another_too(call: str) -> None:
-    assert written(call, SET) == {"pset", "nown", "ppers", "n"}
-
-
-def test_arguments_of_a_call_by_name_go_to_the_procedure() -> None:
-    more = "PROC rPut(INOUT robtarget p,num k)\n  p:=pConst;\nENDPROC"
-    assert written('%"rPut"% pOwn,nOwn;', more) == {"pown"}
-
-
-def test_what_interrupts_write_may_be_written() -> None:
-    more = "TRAP tSet\n  pSet:=pConst;\nENDTRAP"
-    assert written("CONNECT i1 WITH tSet;", more) == {"pset"}
-
-
-def test_data_of_a_routine_and_constants_are_out_of_reach() -> None:
-    text = "PROC rOther()\n  VAR num nIn:=1;\n  rMeasure;\nENDPROC"
-    assert written("rOther;", text) == {"ppers", "n"}
-
-
-@pytest.mark.parametrize(
-    ("text", "name", "fits"),
-    [
-        ('"rSet"+ValToStr(n)', "rSet12", True), ('"rSet"+ValToStr(n)', "rGet12", False),
-        ('"M:"+"rSet1"', "RSET1", True), ('"a"+s+"b"', "ab", True), ('"a"+s+"a"', "a", False),
-        ("s", "anything", True), ('""', "x", False), ('"x"', "xx", False), ('s+"b"+t+"c"', "abbc", True),
-    ],
-)  # fmt: skip
-def test_templates_of_names(text: str, name: str, fits: bool) -> None:
-    assert may_be(text_template(text.encode()), name) is fits
 
 
 def test_data_that_is_set_to_where_the_arm_stands() -> None:

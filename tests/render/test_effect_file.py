@@ -159,19 +159,6 @@ def soft_tool(g, arm) -> Hidden:
     return Hidden("soft_tool", "unknown", channels=("q5", "q6", "q4"), world=world)
 
 
-def lifting_foot(g, arm) -> Hidden:
-    """Beyond some overturning moment about an axis between x and y a foot lifts: the arm tips about the others."""
-
-    def body(s, f, wrench):
-        moment = wrench[:, 0, 3:] + np.cross(arm.link[0][:3, 3], wrench[:, 0, :3])
-        tip = 1.5e-7 * np.maximum(moment @ [-0.6, 0.8, 0.0] - 300.0, 0.0)[:, None] * [-0.6, 0.8, 0.0]
-        xi = np.zeros((len(s), 7, 6))
-        xi[:, 0] = np.hstack([np.cross(tip, arm.link[0][:3, 3] + [0.4, 0.3, 0.5]), tip])
-        return xi
-
-    return Hidden("lifting_foot", "unknown", channels=("load2",), body=body)
-
-
 def sprung_cart(g, arm) -> Hidden:
     """A cart on disc springs half a metre below: it leans as the arm pulls it, to its stops."""
 
@@ -212,7 +199,7 @@ def drafted(folder: Path, text: str | None) -> type[Effect]:
 
 @pytest.mark.parametrize(
     ("kind", "seed", "poses"),
-    [(unknown.angle_step, 401, 120), (nest, 404, 60), (soft_tool, 405, 60), (lifting_foot, 406, 60)],
+    [(unknown.angle_step, 401, 120), (nest, 404, 60), (soft_tool, 405, 60)],
 )
 def test_a_drafted_effect_brings_the_error_down_to_the_noise(
     tmp_path: Path, kind: Callable[..., object], seed: int, poses: int

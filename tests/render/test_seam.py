@@ -24,6 +24,7 @@ from postproc.robot.catalogue import load_robot
 from postproc.robot.configuration import confdata
 from postproc.robot.inverse import joint_solution
 from postproc.robot.kinematics import forward
+from tests.build import refused
 
 TOOL = "tTorch:=[TRUE,[[-63.4,0.8,372.6],[0.953717,0,0.300706,0]],[5.6,[-21.5,0,131],[1,0,0,0],0.038,0.041,0.009]]"
 WOBJ = 'wJig:=[FALSE,TRUE,"",[[1300,-200,700],[0.9659258,0,0,0.2588190]],[[0,0,0],[1,0,0,0]]]'
@@ -87,9 +88,7 @@ def test_tables_of_a_german_spreadsheet() -> None:
 )
 def test_wrong_cells_are_named(row: str, code: str, message: str) -> None:
     source = table(f"{ROWS[0]},8", row, f"{ROWS[3]},8", head=f"{HEAD},speed_mm_s")
-    with pytest.raises(PostprocError) as caught:
-        read_seam_points(source)
-    (found,) = caught.value.diagnostics
+    (found,) = refused(lambda: read_seam_points(source))
     assert found.code == code and message in found.message
     assert found.place.startswith("points.csv:3:")
 
@@ -106,9 +105,7 @@ def test_wrong_cells_are_named(row: str, code: str, message: str) -> None:
     ],
 )
 def test_tables_that_are_none(source: Source, code: str) -> None:
-    with pytest.raises(PostprocError) as caught:
-        read_seam_points(source)
-    assert code in [d.code for d in caught.value.diagnostics]
+    assert code in [d.code for d in refused(lambda: read_seam_points(source))]
 
 
 def module(*rows: str, head: str = HEAD, cell: bytes = b"", **options: object) -> tuple[Source, list[str]]:
@@ -178,22 +175,16 @@ def test_weld_data_of_the_cell_serves_for_speeds_of_the_table(speeds: tuple[floa
     ],
 )
 def test_data_that_cannot_be_used(options: dict[str, str | None], code: str) -> None:
-    with pytest.raises(PostprocError) as caught:
-        module(*ROWS, **options)
-    assert caught.value.diagnostics[0].code == code
+    assert refused(lambda: module(*ROWS, **options))[0].code == code
 
 
 def test_data_that_nobody_declares_is_no_place_in_a_module_that_is_not_written() -> None:
-    with pytest.raises(PostprocError) as caught:
-        module(*ROWS, tool="tNope")
-    (found,) = caught.value.diagnostics
+    (found,) = refused(lambda: module(*ROWS, tool="tNope"))
     assert found.place == "" and "`tNope`" in found.message and "--with" in found.help
 
 
 def test_points_out_of_reach_are_named() -> None:
-    with pytest.raises(PostprocError) as caught:
-        module(*ROWS[:3], "9000,0,0,0,1,0,0,0,1")
-    messages = [d.message for d in caught.value.diagnostics]
+    messages = [d.message for d in refused(lambda: module(*ROWS[:3], "9000,0,0,0,1,0,0,0,1"))]
     assert messages[0] == "row 5: `irb4600_60_205` cannot reach it"
 
 
@@ -282,9 +273,8 @@ def test_any_bytes_are_refused(data: bytes) -> None:
 
 def test_metres_are_called_by_name() -> None:
     near = [",".join([f"{0.001 * i:g}", f"{0.05 * i:g}", "0", "0", "1", "0", "0", "0", "1"]) for i in range(12)]
-    with pytest.raises(PostprocError) as small:
-        read_seam_points(table(*near))
-    assert len(small.value.diagnostics) == 1 and "metres" in small.value.diagnostics[0].help
+    small = refused(lambda: read_seam_points(table(*near)))
+    assert len(small) == 1 and "metres" in small[0].help
 
 
 def test_rows_that_are_hardly_meant_are_named() -> None:

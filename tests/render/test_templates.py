@@ -53,51 +53,35 @@ def test_a_target_template_may_write_more_decimals(tmp_path: Path) -> None:
     assert len(added.split("[[")[1].split(",")[0].partition(".")[2]) == 5
 
 
-def test_a_missing_folder(tmp_path: Path) -> None:
-    error = fails(tmp_path / "nowhere")
-    assert error.diagnostics[0].code == "REN001"
-    assert "nowhere" in error.diagnostics[0].message and error.diagnostics[0].help
-
-
-def test_a_file_is_not_a_folder(tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["nowhere", "header.j2"])
+def test_what_is_no_folder_of_templates_is_refused(tmp_path: Path, name: str) -> None:
     (tmp_path / "header.j2").write_text("")
-    assert fails(tmp_path / "header.j2").diagnostics[0].code == "REN001"
+    found = fails(tmp_path / name).diagnostics[0]
+    assert found.code == "REN001" and name in found.message and found.help
 
 
-@pytest.mark.parametrize("name", ["target.j2", "statement.j2", "header.j2", "module.j2"])
-@pytest.mark.parametrize(
-    "text",
-    [
-        "{% for x in %}",  # not Jinja
-        "{{ nothing_of_this_name }}",  # not a value
-        "{{ parts | no_such_filter }}{{ target }}",
-        "{{ version.nothing }}{{ target.nothing }}{{ statement.nothing }}{{ parts.nothing }}",
-        "{% include 'elsewhere.j2' %}",
-    ],
-)
+ANYWHERE = [
+    "{% for x in %}",  # not Jinja
+    "{{ nothing_of_this_name }}",  # not a value
+    "{{ parts | no_such_filter }}{{ target }}",
+    "{{ version.nothing }}{{ target.nothing }}{{ statement.nothing }}{{ parts.nothing }}",
+    "{% include 'elsewhere.j2' %}",
+]
+BROKEN = [(name, text) for name in ("target.j2", "statement.j2", "header.j2", "module.j2") for text in ANYWHERE] + [
+    ("target.j2", "{{ 1 / 0 }}"),
+    ("target.j2", "{{ target.pose.trans + 1 }}{{ statement + 1 }}{{ version + 1 }}{{ parts + 1 }}"),
+    ("target.j2", "{{ '%d' | format('x') }}"),
+    ("header.j2", "{{ version.__class__.__mro__[1].__subclasses__() }}"),  # nothing beyond its values
+    ("header.j2", "! postproc {{ version }}: compensated f\xfcr Blech"),  # not UTF-8
+]
+
+
+@pytest.mark.parametrize(("name", "text"), BROKEN)
 def test_a_broken_template(tmp_path: Path, name: str, text: str) -> None:
-    (tmp_path / name).write_text(text)
+    (tmp_path / name).write_bytes(text.encode("latin-1"))
     found = fails(tmp_path).diagnostics[0]
     assert found.code == "REN002"
     assert name in found.message and found.help
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "{{ 1 / 0 }}",
-        "{{ target.pose.trans + 1 }}{{ statement + 1 }}{{ version + 1 }}{{ parts + 1 }}",
-        "{{ '%d' | format('x') }}",
-    ],
-)
-def test_an_error_while_a_template_runs(tmp_path: Path, text: str) -> None:
-    (tmp_path / "target.j2").write_text(text)
-    assert fails(tmp_path).diagnostics[0].code == "REN002"
-
-
-def test_a_template_cannot_reach_beyond_its_values(tmp_path: Path) -> None:
-    (tmp_path / "header.j2").write_text("{{ version.__class__.__mro__[1].__subclasses__() }}")
-    assert fails(tmp_path).diagnostics[0].code == "REN002"
 
 
 def test_letters_that_rapid_does_not_have(tmp_path: Path) -> None:
@@ -124,11 +108,6 @@ def test_letters_beyond_latin_1_in_an_added_statement(tmp_path: Path) -> None:
         encoding="utf-8",
     )
     assert convert(TEXT, template_dir=tmp_path).exit_code == 0
-
-
-def test_a_template_that_is_not_utf_8(tmp_path: Path) -> None:
-    (tmp_path / "header.j2").write_bytes("! postproc {{ version }}: compensated für Blech".encode("latin-1"))
-    assert fails(tmp_path).diagnostics[0].code == "REN002"
 
 
 def test_templates_are_read_once_while_the_folder_has_the_same_files(tmp_path: Path) -> None:

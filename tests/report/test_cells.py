@@ -5,29 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from postproc.compensation.conversion import Conversion
-from postproc.compensation.options import Options
-from postproc.convert import compensate_program
-from postproc.diagnostics import Source
-from postproc.model.file import parse_model
 from postproc.report.drawing.path import path_data
-from tests.cells.test_paths import FORCE, MODEL, Case, positioner, track
-from tests.independent import arm as A
+from tests.cells.test_paths import FORCE, Case, converted, positioner, track
 from tests.report.conftest import numbers
-
-
-def converted(case: Case) -> Conversion:
-    compliance = ",".join(f"{c:.12g}" for c in A.TABLE_2)
-    model = parse_model(
-        Source("m.toml", MODEL.format(mounting=case.mounting, compliance=compliance, axes=case.axes).encode())
-    )
-    return compensate_program(Source("p.mod", case.text.encode()), model, Options(force=FORCE, inertia=False))
 
 
 @pytest.mark.parametrize("case", [track(0.0, 250.0, 400.0), positioner(0.0, 40.0, 60.0)], ids=["track", "positioner"])
 def test_the_tool_of_the_drawn_arm_is_on_the_path(case: Case) -> None:
     """What the page's script does, in plain numbers: link Rot(axis, q) .. tool, then the base in the work's frame."""
-    data = path_data(converted(case))
+    data = path_data(converted(case, force=FORCE))
     places, arm = data["places"], data["arm"]
     q, p, base = numbers(places["q"]), numbers(places["p"]), numbers(data["base"])
     tool = np.array(arm["tools"])[numbers(arm["tool"]).astype(int)[numbers(places["move"]).astype(int)]]

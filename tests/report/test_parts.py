@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from postproc.report.blocks import Bar, Bars, Chart, DataTable, Document, Figure, Scene, Section
-from postproc.report.drawing.charts import Bins, DrawnCurve, bars, histogram, scatter, shares
+from postproc.report.drawing.charts import DrawnCurve, bars, histogram, scatter, shares
 from postproc.report.drawing.columns import exact, packed
 from postproc.report.drawing.svg import ticks
 from postproc.report.page import grid, render_page, table
@@ -33,25 +33,11 @@ def test_round_values_run_from_limit_to_limit() -> None:
     assert first == 0.0 and not np.signbit(first)
 
 
-def test_few_values_become_columns() -> None:
-    svg = scatter(np.repeat([-1.0, 1.0], 50), np.tile(np.arange(50.0), 2), "dir2", "mrad")
-    x = np.array(points(svg))[:, 0]
-    assert len(np.unique(x)) > 30
-    assert np.sort(x)[49] < np.sort(x)[50] - 50  # the columns stay apart
-
-
 def test_rings_stand_round_their_points_where_these_are_spread() -> None:
     x, y = np.append(np.repeat([-1.0, 1.0], 50), np.nan), np.append(np.tile(np.arange(50.0), 2), 0.0)
     svg = scatter(x, y, "dir2", "mrad", marks=[(7, "P8"), (100, "not measured")])
     ((cx, cy),) = re.findall(r'<circle cx="([\d.]+)" cy="([\d.]+)"', svg)
     assert min(np.hypot(*(np.array(points(svg)) - [float(cx), float(cy)]).T)) < 0.5
-
-
-def test_means_and_marks_speak_when_pointed_at() -> None:
-    bins = Bins(np.arange(8.0), np.zeros(8), np.full(8, 0.1), [f"bin {i}" for i in range(8)])
-    svg = scatter(np.arange(8.0), np.arange(8.0), "x", "y", bins=bins, marks=[(1, "P<1>")])
-    assert svg.count("<title>") == 9
-    assert "<title>P&lt;1&gt;</title>" in svg
 
 
 def test_bars_end_at_the_floor() -> None:
