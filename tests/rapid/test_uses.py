@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from postproc.rapid.program.references import Use, declaration_uses
-from postproc.rapid.program.write_effects import WriteEffects
+from postproc.rapid.program.references import OTHER_USE, Use, declaration_uses
 from tests.rapid.build import program, target
 
 
 def uses_of(text: str) -> Mapping[str, tuple[Use, ...]]:
-    read = program(text)
-    return declaration_uses(read, WriteEffects(read))
+    return declaration_uses(program(text))
 
 
 def test_every_kind_of_use() -> None:
@@ -37,17 +35,16 @@ ENDPROC
 ENDMODULE
 """
     uses = uses_of(text)
-    shown = [(u.kind, u.role, u.routine, u.source.position(u.span[0])[0]) for u in uses["m..p"]]
+    lines = {None: 0} | {s.key: s.line for s in program(text).statements}
+    shown = [(lines[u.statement], u.displaced, u.parameter) for u in uses["m..p"]]
     assert shown == [
-        ("declaration", "", "", 4), ("declaration", "", "", 5), ("motion", "to", "main", 9), ("expression", "via", "main", 10),
-        ("argument", "", "main", 11), ("read", "", "main", 12), ("motion", "to", "main", 14), ("read", "", "main", 15),
+        (0, False, ""), (0, False, ""), (9, False, ""), (10, True, ""), (0, False, "m.go.%w"), (0, False, ""),
+        (14, False, ""), (0, False, ""),
     ]  # fmt: skip
     assert not {"m..w", "m..n"} & uses.keys()  # they hold no target
-    assert [u.kind for u in uses["m..found"]] == ["write", "read"]
-    assert [(u.kind, u.role) for u in uses["m..row"]] == [("motion", "to")]
-    for use in uses["m..p"]:
-        assert use.source.data[slice(*use.span)] == b"p"
-        assert (use.statement is not None) == (use.kind in ("motion", "expression"))
+    assert uses["m..found"] == (OTHER_USE, OTHER_USE)
+    assert [(lines[u.statement], u.displaced) for u in uses["m..row"]] == [(10, False)]
+    assert [lines[u.statement] for u in uses["m.go.%w"]] == [18]
 
 
 def test_the_length_of_an_array_is_not_a_use_of_its_data() -> None:
@@ -61,7 +58,7 @@ PROC main()
 ENDPROC
 ENDMODULE
 """
-    assert [u.kind for u in uses_of(text)["m..row"]] == ["motion", "argument"]
+    assert [u.statement is None for u in uses_of(text)["m..row"]] == [False, True]
 
 
 def test_what_is_read_by_its_name_in_a_text_is_used() -> None:
@@ -76,5 +73,5 @@ ENDPROC
 ENDMODULE
 """
     uses = uses_of(text)
-    assert [u.kind for u in uses["m..p1"]] == ["argument"]
+    assert uses["m..p1"] == (OTHER_USE,)
     assert "m..q1" not in uses and "m..p2" not in uses

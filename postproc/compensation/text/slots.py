@@ -11,7 +11,6 @@ from postproc.rapid.data.events import MotionEvent, Origin, StatementKey
 from postproc.rapid.execution.interpreter import MAX_CALLS
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.references import Use, declaration_uses
-from postproc.rapid.program.write_effects import WriteEffects
 
 ArgumentKey = tuple[StatementKey, str]  # a motion statement and the role of its argument
 # Path and offset of the literal numbers of a target, or of the argument of a call that hands a target over.
@@ -26,15 +25,12 @@ class Users:
     derived: frozenset[StatementKey]
 
 
-def target_users(program: Program, changes: WriteEffects) -> Mapping[str, Users]:
+def target_users(program: Program) -> Mapping[str, Users]:
     """Users of each declaration and parameter that is used for targets only, by its key; all others are missing.
 
     What a call passes to a parameter is used by the statements that use the parameter.
-
-    Args:
-        changes: which data the pieces of the program may change.
     """
-    uses = declaration_uses(program, changes)
+    uses = declaration_uses(program)
     known: dict[str, Users | None] = {}
 
     def users(key: str, depth: int) -> Users | None:
@@ -49,17 +45,17 @@ def target_users(program: Program, changes: WriteEffects) -> Mapping[str, Users]
         statements: set[StatementKey] = set()
         derived: set[StatementKey] = set()
         for use in parts:
-            if use.handed and use.kind == "argument":
-                passed = users(use.handed, depth + 1)
+            if use.parameter:
+                passed = users(use.parameter, depth + 1)
                 if passed is None:
                     return None
                 statements |= passed.statements
                 derived |= passed.derived
-            elif use.statement is None or use.kind not in ("motion", "expression") or use.role not in ("to", "via"):
+            elif use.statement is None:
                 return None
             else:
-                statements.add(use.statement.key)
-                derived |= {use.statement.key} if use.kind == "expression" else set()
+                statements.add(use.statement)
+                derived |= {use.statement} if use.displaced else set()
         return Users(frozenset(statements), frozenset(derived))
 
     return {key: of_key for key in uses if (of_key := users(key, 0)) is not None}

@@ -49,7 +49,7 @@ class Writer:
     def __init__(self, program: Program, events: Sequence[MotionEvent], motion: Motion) -> None:
         self.program, self.events, self.motion = program, events, motion
         self.effects = changes = WriteEffects(program)
-        self.users = target_users(program, changes)
+        self.users = target_users(program)
         self.written = changes.may_be_written | changes.shared  # one value serves the arms of all tasks
         self.runs = possible_runs(events, {move.row for move in motion.moves})
         self.statements = {s.key: s for s in program.statements}

@@ -50,7 +50,7 @@ class EffectReader:
         paths: by key of data, the components of it that are written, such as ("trans", "x"); an empty path for all.
         writers: by key of data, names of instructions and unknown routines that write it; empty: the program itself.
         lasting: keys of data that an instruction goes on writing at any later moment.
-        started: keys of routines that a motion starts.
+        started: keys of routines that a motion starts; ``UNSEEN`` if one is in none of the files.
     """
 
     def __init__(self, program: Program) -> None:
@@ -102,7 +102,7 @@ class EffectReader:
             reading.add(argument_name(data, result.span))
         if "procedure" in roles:
             reading.late_call(text_template(data[slice(*motion.span_of("procedure"))]), ())
-            self.started |= {key for key, _ in reading.calls}
+            self.started |= {key for key, _ in reading.calls} | (reading.keys & {UNSEEN})
         return reading.effect()
 
     def functions(self, statement: Statement, routine: Routine) -> StatementEffect:

@@ -80,7 +80,7 @@ class WriteEffects:
         self.interrupting = frozenset[str]().union(*traps)
         written_here = (k for keys in (*traps, *handlers, self.direct.lasting) for k in keys if k[0] not in "%@")
         self.volatile = self.elsewhere.union(written_here)
-        self.unseen_any_time = any(UNSEEN in keys for keys in (*traps, *handlers))
+        self.unseen_any_time = any(UNSEEN in keys for keys in (*traps, *handlers, self.started))
 
     def paths(self, declaration: Declaration) -> Sequence[tuple[str, ...]]:
         """The components of declared data that are written, none inside another; an empty path stands for all of it.
