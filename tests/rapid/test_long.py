@@ -11,7 +11,6 @@ from postproc.diagnostics import Diagnostic, Source
 from postproc.rapid.execution.walk import walk, walk_program
 from postproc.rapid.program.program import read_program
 from postproc.rapid.program.references import declaration_uses
-from postproc.rapid.program.write_effects import WriteEffects
 from tests.cost import loops, operations
 from tests.fuzz.checks import limited
 
@@ -120,7 +119,7 @@ def test_one_long_word_costs_what_it_is_long(place: str, piece: str) -> None:
             Source("word.mod", module(PLACES[place].replace("{}", piece * (size // len(piece)))).encode())
         )
         list(walk(program))
-        declaration_uses(program, WriteEffects(program))
+        declaration_uses(program)
 
     assert operations(lambda: run(20_000)) < 11 * operations(lambda: run(2_000))
     assert loops(lambda: run(20_000)) < max(15 * loops(lambda: run(2_000), 2), 5e6)

@@ -8,20 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 
-from postproc.rapid.data.pose import (
-    about,
-    add,
-    dot,
-    euler_zyx,
-    frame_of_points,
-    normalise,
-    orient_zyx,
-    pose_inv,
-    pose_mult,
-    quat_mult,
-    rotate,
-    subtract,
-)
+from postproc.rapid.data import pose
 from postproc.rapid.data.records import Vec3
 from postproc.rapid.data.values import Data, as_pose, as_type, to_pose, to_quat
 from postproc.rapid.syntax.tokens import word_set
@@ -32,14 +19,14 @@ MOST_LETTERS = 80  # of a string (ABB RAPID reference manual, data type ``string
 
 def offs(target: Data, x: float, y: float, z: float) -> Data:
     """Offs: the robtarget moved by (x, y, z) [mm] along the axes of the object frame, with unchanged orientation."""
-    return (add(target[0], (x, y, z)), *target[1:])
+    return (pose.add(target[0], (x, y, z)), *target[1:])
 
 
 def rel_tool(target: Data, x: float, y: float, z: float, *, rx: float = 0.0, ry: float = 0.0, rz: float = 0.0) -> Data:
     """RelTool: the robtarget moved by (x, y, z) [mm], then turned by ``Rx Ry Rz`` [deg], all in its own tool axes."""
     rot = to_quat(target[1])
-    turn = quat_mult(quat_mult(about(0, rx), about(1, ry)), about(2, rz))
-    return (add(target[0], rotate(rot, (x, y, z))), quat_mult(rot, turn), *target[2:])
+    turn = pose.quat_mult(pose.quat_mult(pose.about(0, rx), pose.about(1, ry)), pose.about(2, rz))
+    return (pose.add(target[0], pose.rotate(rot, (x, y, z))), pose.quat_mult(rot, turn), *target[2:])
 
 
 def orobt(target: Data, displacement: Data, inpdisp: bool = False, ineoffs: bool = False) -> Data:
@@ -52,7 +39,7 @@ def orobt(target: Data, displacement: Data, inpdisp: bool = False, ineoffs: bool
     """
     if inpdisp:
         return target
-    return (*as_pose(pose_mult(to_pose(displacement[0]), to_pose(target[:2]))), *target[2:])
+    return (*as_pose(pose.pose_mult(to_pose(displacement[0]), to_pose(target[:2]))), *target[2:])
 
 
 def def_frame(p1: Data, p2: Data, p3: Data, origin: float = 1.0) -> Data:
@@ -60,25 +47,25 @@ def def_frame(p1: Data, p2: Data, p3: Data, origin: float = 1.0) -> Data:
 
     ``origin`` 2 puts the origin in ``p2``, 3 on the x axis where the y axis passes through ``p3``.
     """
-    return as_pose(frame_of_points(p1[0], p2[0], p3[0], int(origin)))
+    return as_pose(pose.frame_of_points(p1[0], p2[0], p3[0], int(origin)))
 
 
 def def_dframe(*points: Data) -> Data:
     """DefDFrame: the pose that displaces three robtargets onto three others; arguments are the old, then the new."""
     old1, old2, old3, new1, new2, new3 = (point[0] for point in points)
-    old, new = frame_of_points(old1, old2, old3), frame_of_points(new1, new2, new3)
-    return as_pose(pose_mult(new, pose_inv(old)))
+    old, new = pose.frame_of_points(old1, old2, old3), pose.frame_of_points(new1, new2, new3)
+    return as_pose(pose.pose_mult(new, pose.pose_inv(old)))
 
 
 def pose_vect(frame: Data, place: Data) -> Data:
     """PoseVect: coordinates [mm] of a position, stated in ``frame``, in the frame in which ``frame`` is stated."""
-    pose = to_pose(frame)
-    return add(pose.trans, rotate(pose.rot, place))
+    origin = to_pose(frame)
+    return pose.add(origin.trans, pose.rotate(origin.rot, place))
 
 
 def euler(rot: Data, x: bool = False, y: bool = False, z: bool = False) -> float:
     """EulerZYX: the angle [deg] about the axis whose option is set; about z if neither ``x`` nor ``y`` is."""
-    return euler_zyx(to_quat(rot))[0 if x else 1 if y else 2]
+    return pose.euler_zyx(to_quat(rot))[0 if x else 1 if y else 2]
 
 
 def shortened(value: float, decimals: float, nearest: bool) -> float:
@@ -130,7 +117,7 @@ def number_text(value: float, decimals: float) -> str:
 
 def magnitude(v: Vec3) -> float:
     """VectMagn: the Euclidean length of a vector, in its unit."""
-    return math.sqrt(dot(v, v))
+    return math.sqrt(pose.dot(v, v))
 
 
 # Result type and function by lower-case name.
@@ -138,17 +125,17 @@ FUNCTIONS: Mapping[str, tuple[str, Callable[..., Data]]] = {
     "offs": ("robtarget", offs),
     "reltool": ("robtarget", rel_tool),
     "orobt": ("robtarget", orobt),
-    "posemult": ("pose", lambda a, b: as_pose(pose_mult(to_pose(a), to_pose(b)))),
-    "poseinv": ("pose", lambda a: as_pose(pose_inv(to_pose(a)))),
+    "posemult": ("pose", lambda a, b: as_pose(pose.pose_mult(to_pose(a), to_pose(b)))),
+    "poseinv": ("pose", lambda a: as_pose(pose.pose_inv(to_pose(a)))),
     "posevect": ("pos", pose_vect),
     "defframe": ("pose", def_frame),
     "defdframe": ("pose", def_dframe),
-    "orientzyx": ("orient", orient_zyx),
+    "orientzyx": ("orient", pose.orient_zyx),
     "eulerzyx": ("num", euler),
-    "norient": ("orient", normalise),
-    "distance": ("num", lambda a, b: magnitude(subtract(a, b))),
+    "norient": ("orient", pose.normalise),
+    "distance": ("num", lambda a, b: magnitude(pose.subtract(a, b))),
     "vectmagn": ("num", magnitude),
-    "dotprod": ("num", dot),
+    "dotprod": ("num", pose.dot),
     "sqrt": ("num", math.sqrt),
     "sin": ("num", lambda x: math.sin(math.radians(x))),
     "cos": ("num", lambda x: math.cos(math.radians(x))),

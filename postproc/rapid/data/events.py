@@ -11,19 +11,7 @@ from typing import ClassVar, Literal
 
 from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.grouping import grouped, shared
-from postproc.rapid.data.records import (
-    Ax6,
-    JointTarget,
-    LoadData,
-    Pose,
-    RobTarget,
-    SpeedData,
-    ToolData,
-    Vec3,
-    Weld,
-    WobjData,
-    ZoneData,
-)
+from postproc.rapid.data import records
 from postproc.rapid.syntax.spans import TargetSpans
 from postproc.rapid.unknown import Kind, Unknown
 
@@ -87,9 +75,9 @@ class Root:
         lever: the part of the displacement that turns with the target, as that of ``RelTool`` [mm], object axes.
     """
 
-    target: RobTarget
+    target: records.RobTarget
     origin: Origin
-    lever: Vec3 = (0.0, 0.0, 0.0)
+    lever: records.Vec3 = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -250,21 +238,21 @@ class InForce:
         total_load: what ``\\TLoad`` says; ``tool`` and ``gripload`` follow it already.
     """
 
-    tool: ToolData
-    wobj: WobjData
-    speed: SpeedData
-    zone: ZoneData
-    weld: Weld | None
+    tool: records.ToolData
+    wobj: records.WobjData
+    speed: records.SpeedData
+    zone: records.ZoneData
+    weld: records.Weld | None
     duration: float | None
-    gripload: LoadData
-    displacement: Pose
+    gripload: records.LoadData
+    displacement: records.Pose
     options: Mapping[str, bool]
     velocity_override: float
     velocity_limit: float | None
     acceleration: float
-    axis_offset: Ax6
+    axis_offset: records.Ax6
     units: tuple[tuple[str, bool], ...] | None
-    total_load: LoadData | None = None
+    total_load: records.LoadData | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -275,8 +263,8 @@ class MotionEvent:
     """
 
     statement: MotionStatement
-    target: RobTarget | JointTarget | None
-    via: RobTarget | None
+    target: records.RobTarget | records.JointTarget | None
+    via: records.RobTarget | None
     target_origin: Origin
     via_origin: Origin | None
     in_force: InForce
@@ -294,22 +282,24 @@ class MotionEvent:
     way: int = 0  # number of the way by which the arm comes here, where it may come by several
     numbers: tuple[tuple[str, float], ...] = ()  # what the numbers are that the statement names beside its target
     assumed: tuple[str, ...] = ()  # why target, tool, frames or load are not certain: phrases for people
-    axes: Ax6 | None = field(default=None, compare=False)  # where external axes stand at the goal [mm, deg], or NaN
+    axes: records.Ax6 | None = field(
+        default=None, compare=False
+    )  # where external axes stand at the goal [mm, deg], or NaN
     unknowns: tuple[Unknown, ...] = field(default=(), compare=False)  # what ``reason`` says, as values
 
-    tool: ClassVar[ToolData] = shared("in_force.tool")
-    wobj: ClassVar[WobjData] = shared("in_force.wobj")
-    speed: ClassVar[SpeedData] = shared("in_force.speed")
-    zone: ClassVar[ZoneData] = shared("in_force.zone")
-    weld: ClassVar[Weld | None] = shared("in_force.weld")
+    tool: ClassVar[records.ToolData] = shared("in_force.tool")
+    wobj: ClassVar[records.WobjData] = shared("in_force.wobj")
+    speed: ClassVar[records.SpeedData] = shared("in_force.speed")
+    zone: ClassVar[records.ZoneData] = shared("in_force.zone")
+    weld: ClassVar[records.Weld | None] = shared("in_force.weld")
     duration: ClassVar[float | None] = shared("in_force.duration")
-    gripload: ClassVar[LoadData] = shared("in_force.gripload")
-    displacement: ClassVar[Pose] = shared("in_force.displacement")
+    gripload: ClassVar[records.LoadData] = shared("in_force.gripload")
+    displacement: ClassVar[records.Pose] = shared("in_force.displacement")
     options: ClassVar[Mapping[str, bool]] = shared("in_force.options")
     velocity_override: ClassVar[float] = shared("in_force.velocity_override")
     velocity_limit: ClassVar[float | None] = shared("in_force.velocity_limit")
     acceleration: ClassVar[float] = shared("in_force.acceleration")
-    axis_offset: ClassVar[Ax6] = shared("in_force.axis_offset")
+    axis_offset: ClassVar[records.Ax6] = shared("in_force.axis_offset")
     units: ClassVar[tuple[tuple[str, bool], ...] | None] = shared("in_force.units")
 
     @property

@@ -38,7 +38,8 @@ def store(tree: Expression, data: Data, memory: Memory) -> None:
         raise Unknown(Kind.NOT_ASSIGNABLE)
     name, path, causes = part
     data, data_causes = without_causes(data)
-    data = _anew(data)
+    if isinstance(data, Unknown) and not isinstance(data, PartlyUnknown):
+        data = data.anew()  # each write of an Unknown counts as another unknown value
     causes = joined_causes(data_causes, causes)
     bound = memory.frame.bindings.get(name)
     if isinstance(bound, Reference):
@@ -66,11 +67,6 @@ def set_data(declaration: Declaration, data: Data, memory: Memory) -> None:
     if memory.teaching.covers(declaration):
         data = memory.teaching.written(declaration, data, lambda: memory.declared(declaration).data)
     memory.changed[declaration.key] = data
-
-
-def _anew(data: Data) -> Data:
-    """A copy of an Unknown, since each write of one counts as another unknown value; other data as it is."""
-    return data.anew() if isinstance(data, Unknown) and not isinstance(data, PartlyUnknown) else data
 
 
 def _written(declaration: Declaration, path: Path, data: Data, causes: Causes, memory: Memory) -> Data:

@@ -111,7 +111,9 @@ class DeclaredValues:
         for level, index in enumerate(indices):
             spans = self.elements.get((declaration.key, indices[:level]))
             if spans is None:
-                spans = element_spans(declaration.source.data, span)
+                data, (start, end) = declaration.source.data, span
+                is_aggregate = data[start : start + 1] == b"[" and data[end - 1 : end] == b"]"
+                spans = patterns.listed(data, start + 1, end - 1) if is_aggregate else ()
                 self.elements[declaration.key, indices[:level]] = spans
             if level >= len(declaration.dims) and not spans:
                 return None
@@ -119,11 +121,3 @@ class DeclaredValues:
                 raise Unknown(Kind.NO_ELEMENT, declaration.name, ", ".join(map(str, indices)))
             span = spans[index - 1]
         return span
-
-
-def element_spans(data: bytes, span: Span) -> tuple[Span, ...]:
-    """Byte spans of the items of the aggregate ``[a,b,..]`` at ``span``; () if the text there is no aggregate."""
-    start, end = span
-    if data[start : start + 1] != b"[" or data[end - 1 : end] != b"]":
-        return ()
-    return patterns.listed(data, start + 1, end - 1)

@@ -12,28 +12,14 @@ from postproc.rapid.data import builtins as functions
 from postproc.rapid.data.arm import BY_ARM
 from postproc.rapid.data.pose import cross, quat_mult
 from postproc.rapid.data.values import Data, Fields, Value, as_type
-from postproc.rapid.syntax.trees import (
-    Aggregate,
-    Binary,
-    Call,
-    Component,
-    Expression,
-    Index,
-    Name,
-    Number,
-    Star,
-    StringNode,
-    Truth,
-    Unary,
-    nodes,
-)
+from postproc.rapid.syntax import trees
 from postproc.rapid.unknown import Kind, Unknown, joined_causes
 
 
 class Scope(Protocol):
     """Where names get their meaning while an expression is evaluated; every method may raise Unknown.
 
-    What a scope does not define has no value in it. ``reads`` holds the causes why what has been read so far in the
+    ``reads`` holds the causes why what has been read so far in the
     present expression is not certain; ``noted`` those of all expressions since somebody emptied it.
     """
 
@@ -44,19 +30,17 @@ class Scope(Protocol):
     def records(self) -> Mapping[str, Fields]:
         """Fields (name, type) of each record type, by lower-case type name."""
 
-    def lookup(self, name: Name) -> Value:
+    def lookup(self, name: trees.Name) -> Value:
         """The value of the data that a name means."""
 
-    def element(self, name: Name, indices: tuple[int, ...]) -> Value:
+    def element(self, name: trees.Name, indices: tuple[int, ...]) -> Value:
         """The value of an element of an array; indices count from 1."""
-        raise Unknown(Kind.UNDECIDED)
 
-    def call(self, call: Call) -> Value | None:
+    def call(self, call: trees.Call) -> Value | None:
         """The result of a function that the program defines; None if it defines none of that name."""
 
     def present(self, name: str) -> bool:
         """Whether the routine that runs was called with this optional parameter (lower-case name)."""
-        raise Unknown(Kind.UNDECIDED)
 
     def by_arm(self, name: str, arguments: tuple[Data, ...], options: Mapping[str, Data]) -> Value:
         """The result of CalcRobT or CalcJointT (``name``), which need the kinematics of the arm.
@@ -64,10 +48,9 @@ class Scope(Protocol):
         Args:
             arguments: values of the positional arguments; options: of the optional ones, by lower-case name.
         """
-        raise Unknown(Kind.UNDECIDED)
 
 
-def evaluate(expression: Expression, scope: Scope) -> Value:
+def evaluate(expression: trees.Expression, scope: Scope) -> Value:
     """The value of an expression; ``assumed`` holds the causes if some data that it reads is not certain.
 
     Raises:
@@ -89,30 +72,33 @@ def evaluate(expression: Expression, scope: Scope) -> Value:
         del reads[before:]
 
 
-def _evaluate(expression: Expression, scope: Scope) -> Value:
+def _evaluate(expression: trees.Expression, scope: Scope) -> Value:
     """The value of an expression; causes of doubt of the data read go to ``scope.reads``, not into the value."""
     match expression:  # the most frequent first
-        case Name():
+        case trees.Name():
             return _read(scope.lookup(expression), scope)
-        case Component():
+        case trees.Component():
             return component(_evaluate(expression.base, scope), expression.name, scope.records)
-        case Binary():
+        case trees.Binary():
             return _binary(expression.operator, expression.left, expression.right, scope)
-        case Number():
+        case trees.Number():
             return Value(expression.value, "num")
-        case Call():
+        case trees.Call():
             return _call(expression, scope)
-        case Aggregate():
+        case trees.Aggregate():
             return Value(tuple([_evaluate(item, scope).data for item in expression.items]))
-        case Index(_, base, indices):
-            return _read(_indexed(base, tuple(whole(_evaluate(i, scope).data) for i in indices), scope), scope)
-        case Unary(_, operator, operand):
+        case trees.Index(_, base, indices):
+            at = tuple(whole(_evaluate(i, scope).data) for i in indices)
+            return _read(
+                scope.element(base, at) if isinstance(base, trees.Name) else pick(_evaluate(base, scope), at), scope
+            )
+        case trees.Unary(_, operator, operand):
             return _unary(operator, _evaluate(operand, scope))
-        case StringNode(_, text):
+        case trees.StringNode(_, text):
             return Value(as_string(text), "string")
-        case Truth(_, truth):
+        case trees.Truth(_, truth):
             return Value(truth, "bool")
-        case Star():
+        case trees.Star():
             raise Unknown(Kind.STAR)
 
 
@@ -161,13 +147,6 @@ def as_string(text: str) -> str:
     return text
 
 
-def _indexed(base: Expression, indices: tuple[int, ...], scope: Scope) -> Value:
-    """The element of an array, which ``base`` names or evaluates to; indices count from 1."""
-    if isinstance(base, Name):
-        return scope.element(base, indices)
-    return pick(_evaluate(base, scope), indices)
-
-
 def pick(value: Value, indices: tuple[int, ...]) -> Value:
     """The element of an array value at these indices, which count from 1.
 
@@ -204,7 +183,7 @@ _TRUTH: Mapping[str, Callable[[Data, Data], bool]] = {
 }  # fmt: skip
 
 
-def _binary(operator: str, left: Expression, right: Expression, scope: Scope) -> Value:
+def _binary(operator: str, left: trees.Expression, right: trees.Expression, scope: Scope) -> Value:
     """The value of two operands joined by an operator (lower case), computed in the precision of their type."""
     if operator in ("and", "or"):
         return _logical(operator == "or", left, right, scope)
@@ -251,7 +230,7 @@ def _product(x: Data, y: Data, kinds: tuple[str, str, str]) -> Value:
     return Value(as_type(x * y, kinds[2]), kinds[2])
 
 
-def _logical(decisive: bool, left: Expression, right: Expression, scope: Scope) -> Value:
+def _logical(decisive: bool, left: trees.Expression, right: trees.Expression, scope: Scope) -> Value:
     """The value of OR (``decisive`` True) or AND (False): a side equal to it decides even if the other is unknown.
 
     Raises:
@@ -269,9 +248,9 @@ def _logical(decisive: bool, left: Expression, right: Expression, scope: Scope) 
     return Value(not decisive, "bool")
 
 
-def _call(call: Call, scope: Scope) -> Value:
+def _call(call: trees.Call, scope: Scope) -> Value:
     """The result of a function call: ``Present``, a function of the program, or a built-in one, in this order."""
-    if call.name == "present" and len(call.arguments) == 1 and isinstance(call.arguments[0], Name):
+    if call.name == "present" and len(call.arguments) == 1 and isinstance(call.arguments[0], trees.Name):
         return Value(scope.present(call.arguments[0].name), "bool")
     result = scope.call(call)
     if result is not None:
@@ -280,7 +259,7 @@ def _call(call: Call, scope: Scope) -> Value:
         raise functions.unknown(call.text)
     arguments = tuple(_evaluate(argument, scope).data for argument in call.arguments)
     if call.name == "orobt":
-        arguments = (*arguments, _read(scope.lookup(Name(call.span, "c_progdisp")), scope).data)
+        arguments = (*arguments, _read(scope.lookup(trees.Name(call.span, "c_progdisp")), scope).data)
     options = {name: True if value is None else _evaluate(value, scope).data for name, value in call.options}
     if call.name in BY_ARM:
         return _read(scope.by_arm(call.text, arguments, options), scope)
@@ -288,6 +267,6 @@ def _call(call: Call, scope: Scope) -> Value:
     return Value(as_string(data) if kind == "string" else as_type(data, kind), kind)
 
 
-def names_in(tree: Expression) -> set[str]:
+def names_in(tree: trees.Expression) -> set[str]:
     """Names of the data and functions an expression depends on, lower case."""
-    return {node.name for node in nodes(tree) if isinstance(node, Name | Call)}
+    return {node.name for node in trees.nodes(tree) if isinstance(node, trees.Name | trees.Call)}

@@ -12,8 +12,9 @@ from postproc.rapid.data.values import Data, Fields, Value
 from postproc.rapid.evaluation.declared import DeclaredValues
 from postproc.rapid.evaluation.evaluate import component, evaluate, pick, whole
 from postproc.rapid.evaluation.teaching import Teaching
+from postproc.rapid.program.late_binding import LATE
 from postproc.rapid.program.program import Program
-from postproc.rapid.program.write_effects import WriteEffects, named_writers
+from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.nodes import Declaration, Routine
 from postproc.rapid.syntax.trees import Call, Component, Expression, Index, Name
 from postproc.rapid.unknown import (
@@ -305,7 +306,9 @@ class Memory:
         writers = self.changes.direct.writers.get(key, set())
         if "" in writers:
             return Unknown(Kind.UNSET, name, key=key)
-        return Unknown(Kind.MAY_BE_WRITTEN, name, named_writers(writers or self.changes.unseen), key=key)
+        first = sorted(writers or self.changes.unseen)[:2]
+        cause = " and ".join(writer if writer == LATE else f"`{writer}`" for writer in first)
+        return Unknown(Kind.MAY_BE_WRITTEN, name, cause, key=key)
 
     def declared(self, declaration: Declaration) -> Value:
         """The value that the declaration itself gives.

@@ -6,7 +6,7 @@ write of a known value counts as it is: where it is another one and nothing meas
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 
 from postproc.diagnostics import Source, Span
 from postproc.rapid.data.values import Data
@@ -73,8 +73,8 @@ class Teaching:
         except Unknown:
             return data
         filled = _filled(data, in_file)
-        if self.away(in_file, filled):
-            self.note_moved(declaration)
+        if self.place is not None and self.away(in_file, filled):
+            self.moved.setdefault(declaration.key, (declaration, *self.place))
         return filled
 
     def away(self, in_file: Data, data: Data) -> bool:
@@ -82,15 +82,6 @@ class Teaching:
         data, _ = without_causes(data)
         data = data.data if isinstance(data, PartlyUnknown) else data
         return unknown_part(data) is not None or moved_away(in_file, data)
-
-    def note_moved(self, declaration: Declaration) -> None:
-        """Record in ``moved`` that the statement at ``place`` gives the data another value than the file."""
-        if self.place is not None:
-            self.moved.setdefault(declaration.key, (declaration, *self.place))
-
-    def mixed(self) -> Iterable[str]:
-        """Keys of ``--taught`` data that is moved somewhere and was taken as unchanged in a loop or behind a jump."""
-        return self.kept & self.moved.keys()
 
 
 def _filled(data: Data, in_file: Data) -> Data:

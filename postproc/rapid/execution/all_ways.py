@@ -6,6 +6,7 @@ else once for all turns.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -17,15 +18,14 @@ from postproc.rapid.evaluation.evaluate import names_in
 from postproc.rapid.evaluation.memory import Exit, Memory
 from postproc.rapid.execution.findings import WalkFindings
 from postproc.rapid.execution.interpreter import MAX_TURNS, AddedMotions, Interpreter
-from postproc.rapid.execution.jumps import UNTIL, jumps_in, structured
+from postproc.rapid.execution.jumps import UNTIL, structured
 from postproc.rapid.execution.path_splitting import Ends, Place, SplitBranches
 from postproc.rapid.motions.events_of import EventMaker
 from postproc.rapid.motions.recorder import Recorder
 from postproc.rapid.program.arguments import Piece
 from postproc.rapid.program.instructions import STATE_OF_INSTRUCTION
-from postproc.rapid.program.program import Program
+from postproc.rapid.program.program import Program, statements_of
 from postproc.rapid.program.statement_effects import UNSEEN, StatementEffect
-from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.nodes import Routine, Statement
 from postproc.rapid.unknown import Kind, Unknown
 
@@ -47,11 +47,9 @@ class AllWays(Interpreter):
         depth: how many bodies (of routines, branches and loops) are being run inside one another.
     """
 
-    def __init__(
-        self, program: Program, changes: WriteEffects | None = None, added: AddedMotions | None = None
-    ) -> None:
+    def __init__(self, program: Program, added: AddedMotions | None = None) -> None:
         """Set up the walk of a program, with nothing executed yet; arguments as of ``Interpreter``."""
-        super().__init__(program, changes, added)
+        super().__init__(program, added)
         self.findings = WalkFindings(program, self.data)
         self.maker = EventMaker(program, self.findings.all, named=added is None)
         self.recorder = Recorder(self.maker)
@@ -180,7 +178,7 @@ class AllWays(Interpreter):
     def jumps_of(self, routine: Routine) -> Mapping[str, int]:
         """How many GOTO statements lead to each label of a routine, by lower-case label (only those with one)."""
         if routine.key not in self._jumps:
-            self._jumps[routine.key] = jumps_in(routine)
+            self._jumps[routine.key] = Counter(s.word for s in statements_of(routine) if s.kind == "goto")
         return self._jumps[routine.key]
 
     def jump(self, statement: Statement, memory: Memory) -> bool:

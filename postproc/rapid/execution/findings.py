@@ -140,7 +140,7 @@ class WalkFindings:
         Args:
             memory: at the end of the run.
         """
-        moved = set(self.teaching.mixed())
+        moved = self.teaching.kept & self.teaching.moved.keys()  # moved, and taken as unchanged in a loop or jump
         for key, data in memory.changed.items():
             declaration = self.program.names.get(key)
             if declaration is None or key not in self.teaching.moved:

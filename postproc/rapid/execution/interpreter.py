@@ -20,7 +20,7 @@ from postproc.rapid.program.instructions import COUNTING, KNOWN_INSTRUCTIONS, MO
 from postproc.rapid.program.late_binding import BY_NAME, LATE, LateCall, late_call
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.statement_effects import NO_EFFECT, StatementEffect
-from postproc.rapid.program.write_effects import WriteEffects
+from postproc.rapid.program.write_effects import write_effects
 from postproc.rapid.syntax.nodes import Routine, Statement
 from postproc.rapid.syntax.trees import Call
 from postproc.rapid.unknown import Assumed, Kind, Unknown, without_causes
@@ -62,18 +62,11 @@ class Interpreter(ABC):
 
     assumed_decides = False
 
-    def __init__(
-        self, program: Program, changes: WriteEffects | None = None, added: AddedMotions | None = None
-    ) -> None:
-        """Set up the run of a program, with nothing executed yet.
-
-        Args:
-            changes: write effects of the program, worked out if None.
-            added: motions and routines written into the program.
-        """
+    def __init__(self, program: Program, added: AddedMotions | None = None) -> None:
+        """Set up the run of a program, with nothing executed yet; ``added`` was written into it."""
         self.program = program
         self.added = added or AddedMotions()
-        self.changes = changes or WriteEffects(program)
+        self.changes = write_effects(program)
         self.constants = DeclaredValues(program)
         self.data = Accessor()
         self.followed: set[StatementKey] = set()
@@ -97,13 +90,13 @@ class Interpreter(ABC):
     def turns(self, loop: Statement, memory: Memory) -> bool:
         """Run all turns of a FOR loop; True if its end is reached, False if its body is left."""
 
-    @abstractmethod
     def while_loop(self, loop: Statement, memory: Memory) -> bool:
         """Run a WHILE loop; True if its end is reached, False if its body is left or it never ends."""
+        raise NotImplementedError
 
-    @abstractmethod
     def jump(self, statement: Statement, memory: Memory) -> bool:
         """Run a GOTO or a label; True if the statement behind it in the text is run next."""
+        raise NotImplementedError
 
     # -- statements ----------------------------------------------------------------------------------------------------
 

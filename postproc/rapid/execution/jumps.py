@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 
 from postproc.diagnostics import Span
-from postproc.rapid.program.program import statements_in, statements_of
-from postproc.rapid.syntax.nodes import Branch, Routine, Statement
+from postproc.rapid.program.program import statements_in
+from postproc.rapid.syntax.nodes import Branch, Statement
 
 UNTIL = "until"  # word of a loop that ends when its condition holds
 MOST_SEEN = 50  # times the statements of a body: jumps across one another could make their square or more to look at
 
 Jump = tuple[Statement, tuple[Statement, ...]]
-
-
-def jumps_in(routine: Routine) -> Mapping[str, int]:
-    """How many GOTO statements lead to each label of a routine, by lower-case label; labels without one are missing."""
-    return Counter(s.word for s in statements_of(routine) if s.kind == "goto")
 
 
 def structured(body: tuple[Statement, ...], jumps: Mapping[str, int]) -> tuple[Statement, ...]:

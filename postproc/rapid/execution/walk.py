@@ -23,7 +23,6 @@ from postproc.rapid.motions.rough import rough_frames, rough_orientations
 from postproc.rapid.motions.wrist_flips import assume_wrist
 from postproc.rapid.program.late_binding import late_call, may_be
 from postproc.rapid.program.program import Program, statements_of
-from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.nodes import Routine, Statement
 from postproc.rapid.unknown import Kind, Unknown
 
@@ -79,12 +78,11 @@ def walk_program(program: Program, entry: str | None = None, added: AddedMotions
         targets = {event.statement.key: event.target for event in run.recorder.events[:count]}
         others = {e.statement.key for e in run.recorder.events[count:] if targets.get(e.statement.key) != e.target}
         run.recorder.other_targets |= others
-        events, flips = assume_wrist(_marked(run)[:count])
-        return Walk(events, (*found, *flips, *rough_orientations(events), *rough_frames(program)))
-    events, flips = assume_wrist(_marked(run))
-    loose = [replace(event, unreachable=True) for event in events[count:]]
-    later = map(forgiven, run.findings.all[len(found) :])
-    return Walk(events[:count] + loose, (*found, *later, *flips, *rough_orientations(events), *rough_frames(program)))
+    only_started = count if entry is not None else None
+    events, flips = assume_wrist(_marked(run)[:only_started])
+    events[count:] = [replace(event, unreachable=True) for event in events[count:]]
+    found += () if entry is not None else tuple(map(forgiven, run.findings.all[len(found) :]))
+    return Walk(events, (*found, *flips, *rough_orientations(events), *rough_frames(program)))
 
 
 def _followed(program: Program, started: Sequence[Routine], added: AddedMotions | None) -> AllWays:
@@ -96,9 +94,9 @@ def _followed(program: Program, started: Sequence[Routine], added: AddedMotions 
         What ran them, with the events and findings of all runs.
     """
     branches: dict[Place, tuple[int, ...]] = {}
-    ways, met, changes = combinations(branches), dict[Place, Choice](), WriteEffects(program)
+    ways, met = combinations(branches), dict[Place, Choice]()
     while True:
-        run = AllWays(program, changes, added)
+        run = AllWays(program, added)
         for forced in ways or [{}]:
             run.choices = SplitBranches(forced, met)
             for routine in started:

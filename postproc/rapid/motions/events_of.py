@@ -46,6 +46,8 @@ class EventMaker:
         reasons: list[Unknown] = []
         memory.noted.clear()
         target, origin, via, via_origin = self.places(statement, memory, reasons, findings)
+        if statement.signature.why_not and "to" in statement.signature.roles:
+            reasons.append(Unknown(Kind.UNSUPPORTED, statement.signature.why_not))
         if memory.changes.acting is not None:
             handed = [o.handed for o in (origin, via_origin) if o is not None and o.handed is not None]
             spans = [(statement.source, statement.span), *((h.source, h.span) for h in handed)]
@@ -107,23 +109,24 @@ class EventMaker:
         """
         shape = statement.shape
         signature, roles = shape.signature, shape.roles
-        target: RobTarget | JointTarget | Unknown = Unknown(Kind.NO_TARGET)
+        target: RobTarget | JointTarget | Unknown
         via: RobTarget | Unknown | None = None
         origin, via_origin = RUNTIME, None
         if signature.why_not and "to" not in signature.roles:
             target = Unknown(Kind.UNSUPPORTED, signature.why_not)
         elif not shape.complete:
             target = Unknown(Kind.ARGUMENTS)
-        elif "to" in roles:
+        elif "to" not in roles:
+            target = Unknown(Kind.NO_TARGET)
+        else:
             read = self.targets.jointtarget if signature.jointed else self.targets.robtarget
             target, origin = read(statement.source, statement.span_of("to"), memory)
             if "via" in roles and not signature.jointed:
                 via, via_origin = self.targets.robtarget(statement.source, statement.span_of("via"), memory)
+        if not isinstance(target, Unknown) and not isinstance(via, Unknown):
+            return target, origin, via, via_origin
         for place, role in ((target, "to"), (via, "via")):
             if isinstance(place, Unknown):
                 self.missing.explain(place, statement.argument(role), statement, findings)
                 reasons.append(place)
-        if signature.why_not and "to" in signature.roles:
-            reasons.append(Unknown(Kind.UNSUPPORTED, signature.why_not))
-        known = None if isinstance(via, Unknown) else via
-        return None if isinstance(target, Unknown) or known is not via else target, origin, known, via_origin
+        return None, origin, None if isinstance(via, Unknown) else via, via_origin

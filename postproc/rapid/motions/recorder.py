@@ -94,7 +94,8 @@ class Recorder:
         """
         statement = event.statement
         events, before = self.events, len(self.events)
-        if _still(event):
+        still = statement.interpolation == "none" and event.reason is None
+        if still:
             events.append(event)
         else:
             if self.last == NOWHERE or memory.ends != {self.last}:
@@ -108,7 +109,7 @@ class Recorder:
             index += 1
         if self.first.setdefault(statement.key, index) != index and isinstance(event.target, RobTarget):
             self.went.setdefault((statement.key, event.target), index)
-        return len(events) - before - 1
+        return 0 if still else self.last - before
 
     def _each(self, statement: MotionStatement, cases: Sequence[tuple[IndexValues, Memory]], memory: Memory) -> int:
         """Record an execution for each element that may be meant; returns the number of events beyond the first.
@@ -222,8 +223,3 @@ def reached(event: MotionEvent) -> tuple[object, ...]:
     if event.reason is not None or event.target is None:
         return (id(event),)
     return (event.statement.key, event.target, event.tool, event.wobj, event.displacement, event.gripload)
-
-
-def _still(event: MotionEvent) -> bool:
-    """Whether the event, whose values are known, does not move the arm (interpolation ``none``)."""
-    return event.statement.interpolation == "none" and event.reason is None

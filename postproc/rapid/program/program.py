@@ -39,7 +39,7 @@ class Elsewhere:
     read_along: frozenset[str] = frozenset()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Program:
     """What was read from the files of one task.
 

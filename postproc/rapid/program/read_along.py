@@ -95,7 +95,9 @@ def read_along(program: Program, near: Near) -> ReadAlong:
     findings = [_declares(path, by_file[path]) for path in sorted(by_file)]
     findings += [_differ(files, differing[files]) for files in sorted(differing)]
     written = {item.declaration.key for item in items.values() if item.declaration is not None and item.written}
-    copies = tuple(_copy(by_file[path]) for path in sorted(by_file))
+    copies = tuple(
+        only(i[0].module.source, [(item.module, item.span) for item in i]) for _, i in sorted(by_file.items())
+    )
     return ReadAlong(copies, frozenset(written), tuple(findings))
 
 
@@ -192,11 +194,6 @@ def _named_in_module(item: _Item) -> list[_Item]:
                 items[name] = local[name]
                 waiting.append(local[name])
     return list(items.values())
-
-
-def _copy(items: Sequence[_Item]) -> Source:
-    """A read-only copy of a file in which only these items of it are left."""
-    return only(items[0].module.source, [(item.module, item.span) for item in items])
 
 
 def only(source: Source, parts: Iterable[tuple[Module, Span]]) -> Source:

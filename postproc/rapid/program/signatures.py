@@ -72,18 +72,6 @@ def _unsupported(names: str, interpolation: Interpolation, why: str) -> list[Sig
     return [Signature(name, interpolation, (), why_not=why) for name in names.split()]
 
 
-def _touching(names: str) -> list[Signature]:
-    r"""Signatures of searches of the option SmarTac: they move to a start and on until the torch or a sensor touches.
-
-    The first argument gets the displacement that they find, or whether there is a part; ``\SearchStop`` the place.
-
-    Args:
-        names: of the instructions, with blanks between them.
-    """
-    results = (*FOUND, "\\searchstop")
-    return [Signature(name, "line", FOUND, why_not=SEARCH_STOPS, results=results) for name in names.split()]
-
-
 _OPTION = "the arguments of this instruction are not known to this version"
 _ALL = [
     *_three("Move", MOVE),
@@ -105,7 +93,12 @@ _ALL = [
     ),
     Signature("SearchL", "line", SEARCH, why_not=SEARCH_STOPS, results=FOUND),
     Signature("SearchC", "arc", _circular(SEARCH), why_not=SEARCH_STOPS, results=FOUND),
-    *_touching("Search_1D Search_Groove Search_Part"),
+    # SmarTac moves to a start and on until the torch or a sensor touches. The first argument gets the displacement that
+    # is found, or whether there is a part; SearchStop the place.
+    *(
+        Signature(name, "line", FOUND, why_not=SEARCH_STOPS, results=(*FOUND, "\\searchstop"))
+        for name in ("Search_1D", "Search_Groove", "Search_Part")
+    ),
     *(s for number in ("", "1", "2", "3", "4", "5", "6") for s in _arcs(number)),
     Signature("CapL", "line", CAP, "weld"),
     Signature("CapC", "arc", _circular(CAP), "weld"),

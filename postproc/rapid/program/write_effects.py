@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence, Set
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 from postproc.diagnostics import Span
 from postproc.rapid.program.from_the_arm import FromTheArm
 from postproc.rapid.program.function_effects import acting_functions
 from postproc.rapid.program.instructions import SETTERS
-from postproc.rapid.program.late_binding import LATE
 from postproc.rapid.program.program import Program, statements_in, statements_of
 from postproc.rapid.program.scopes import is_shared, shared_name
 from postproc.rapid.program.statement_effects import NO_EFFECT, UNSEEN, CalledWith, EffectReader, StatementEffect
@@ -97,7 +96,8 @@ class WriteEffects:
         That is module data that is not LOCAL, data written by routines that it may call (all but main and LOCAL ones),
         and all state.
         """
-        data = {d.key for d in self.program.declarations if _is_exposed(d)}
+        of_modules = (d for d in self.program.declarations if not d.routine and d.scope != "LOCAL")
+        data = {d.key for d in of_modules if d.storage != "CONST"}
         called = {r.key for r in self.program.all_routines() if not r.local and r.name.lower() != "main"}
         within = {k for key in called for k in self.of_routine[key] if k[0] not in "%@"}
         return frozenset(data | within | SETTERS.keys())
@@ -175,6 +175,12 @@ class WriteEffects:
                     changed.add(key)
 
 
+@lru_cache(maxsize=2)
+def write_effects(program: Program) -> WriteEffects:
+    """What the routines of a program may change, worked out once for the original and once for the written program."""
+    return WriteEffects(program)
+
+
 def _goes_on(body: Sequence[Statement], routine: Routine) -> bool:
     """Whether the program may go on behind an error handler: a statement in it is RETRY, TRYNEXT or RETURN.
 
@@ -185,16 +191,6 @@ def _goes_on(body: Sequence[Statement], routine: Routine) -> bool:
     return any(data[slice(*statement.span)].lower().startswith(_GOES_ON) for statement in statements_in(body))
 
 
-def named_writers(writers: Iterable[str]) -> str:
-    """Text for messages that names the writers: the first two in alphabetical order, joined by "and"."""
-    return " and ".join(name if name == LATE else f"`{name}`" for name in sorted(writers)[:2])
-
-
 def _shared_keys(program: Program, names: Collection[tuple[str, str]]) -> frozenset[str]:
     """Keys of the program's declarations of global PERS data whose lower-case (name, type) is in ``names``."""
     return frozenset({d.key for d in program.declarations if shared_name(d) in names and is_shared(d)} if names else ())
-
-
-def _is_exposed(declaration: Declaration) -> bool:
-    """Whether code in none of the files may write data: module data that is neither LOCAL nor CONST."""
-    return not declaration.routine and declaration.scope != "LOCAL" and declaration.storage != "CONST"

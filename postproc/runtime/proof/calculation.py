@@ -15,7 +15,7 @@ from postproc.rapid.evaluation.call_binding import unbound_frame
 from postproc.rapid.evaluation.evaluate import evaluate, pick
 from postproc.rapid.evaluation.memory import Memory
 from postproc.rapid.evaluation.state import AT_START
-from postproc.rapid.execution.one_way import OneWay
+from postproc.rapid.execution.interpreter import Interpreter
 from postproc.rapid.program.program import read_program
 from postproc.rapid.syntax.nodes import Declaration, Routine, Statement
 from postproc.rapid.syntax.trees import Name
@@ -34,8 +34,10 @@ class RapidError(Exception):
     """A RAPID error that no ERROR handler has taken so far."""
 
 
-class Calculation(OneWay):
+class Calculation(Interpreter):
     """Runs the functions of RAPID modules again and again; module data keeps its values between calls.
+
+    Every condition and every bound of a loop has a value, so that there is one way through a function.
 
     Args:
         sources: the files; no two of them declare data or routines of one name.
@@ -44,6 +46,9 @@ class Calculation(OneWay):
     Raises:
         PostprocError: a file cannot be read, or holds what is not calculated here (RUN003).
     """
+
+    assumed_decides = True
+    taken = 0  # statements that have been run
 
     def __init__(self, sources: Sequence[Source], arm: ControllerArm) -> None:
         program = read_program(sources, arm=arm)
@@ -85,14 +90,35 @@ class Calculation(OneWay):
 
     def enter(self, routine: Routine, memory: Memory) -> Value | Unknown | None:
         """Run a routine and return its value, if any; its first ERROR handler takes an error and then gives it."""
+        for declaration in routine.declarations:
+            memory.initialise(declaration)
         try:
-            return super().enter(routine, memory)
+            self.body(routine.body, memory)
         except RapidError:
             if not routine.handlers:
                 raise
-        self.body(routine.handlers[0], memory)
+            self.body(routine.handlers[0], memory)
         exits = memory.frame.exits
         return exits[-1].value if exits else None
+
+    def body(self, statements: Sequence[Statement], memory: Memory) -> bool:
+        """Run statements on ``memory``; False if one of them leaves them."""
+        return all(self.statement(statement, memory) for statement in statements)
+
+    def branches(self, statement: Statement, memory: Memory) -> bool:
+        """Run the first arm of IF whose condition holds; False if its body is left."""
+        for branch in statement.branches:
+            if self.chosen(statement, branch.conditions, (), memory):
+                return self.body(branch.body, memory)
+        return True
+
+    def turns(self, loop: Statement, memory: Memory) -> bool:
+        """Run all turns of a FOR loop, none if its bounds are not known; False if its body is left."""
+        for index in self.indices(loop, memory) or ():
+            memory.frame.bindings[loop.word] = Value(index, "num")
+            if not self.body(loop.branches[0].body, memory):
+                return False
+        return True
 
     def statement(self, statement: Statement, memory: Memory) -> bool:
         """Run one statement and count it; False if it leaves the body in which it stands.
