@@ -63,7 +63,8 @@ def target_users(program: Program) -> Mapping[str, Users]:
 
 def slots_of(origin: Origin) -> tuple[SlotKey, ...]:
     """Places in the text that could hold a corrected target, the preferred one first; none in read-only files."""
-    spans, handed = origin.base.spans, origin.base.handed
+    base = origin.base
+    spans, handed = base.spans, base.handed
     slots: list[SlotKey] = []
     if spans is not None and not spans.source.read_only:
         slots.append(("numbers", spans.source.path, spans.whole[0]))

@@ -68,10 +68,7 @@ class Accessor:
         try:
             store(self.tree(span, memory), data, memory)
         except Unknown:
-            name = argument_name(memory.frame.routine.source.data, span)
-            declaration = memory.find(name)
-            keys = ["%" + name] if name in memory.frame.bindings else [declaration.key] if declaration else []
-            forget(memory, keys, Kind.UNCERTAIN)
+            forget(memory, memory.keys_of(argument_name(memory.frame.routine.source.data, span)), Kind.UNCERTAIN)
 
     def count(self, word: str, pieces: Sequence[Piece], memory: Memory) -> None:
         """Carry out Incr, Decr, Add or Clear (``word``, lower case) on the data that the first argument names.

@@ -264,6 +264,13 @@ class Memory:
         names, low = self.program.names, name.lower()
         return names.get(routine + low) or names.get(module + low) or names.get(task + low)
 
+    def keys_of(self, name: str) -> list[str]:
+        """The key of the parameter (``%name``) or variable that a name means in the present routine; [] for others."""
+        if name in self.frame.bindings:
+            return ["%" + name]
+        declaration = self.find(name)
+        return [] if declaration is None or declaration.storage == "CONST" else [declaration.key]
+
     def is_initial(self, declaration: Declaration) -> bool:
         """Whether the declaration's own value holds: it is CONST, or nothing writes it while the program runs."""
         key = declaration.key

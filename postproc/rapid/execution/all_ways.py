@@ -146,8 +146,8 @@ class AllWays(Interpreter):
     def move(self, motion: MotionStatement, memory: Memory) -> None:
         """Record a motion as events and count its steps; the data that a search writes becomes unknown."""
         self.steps += 0 if motion.key in self.added.motions else MOTION_STEPS
-        more = self.recorder.move(motion, memory)  # functions in its arguments take steps, too
-        self.steps += more
+        extra = self.recorder.move(motion, memory)  # functions in its arguments take steps, too
+        self.steps += extra
         if motion.signature.results:
             super().move(motion, memory)
 
@@ -215,11 +215,11 @@ class AllWays(Interpreter):
             if verdict is True and not uncertain:
                 return self.body(branch.body, memory)
             uncertain = True
-            way, left = memory.branch(), len(exits)
+            way, exits_before = memory.branch(), len(exits)
             if self.body(branch.body, way):
                 ways.append(way)
                 arms[arm] = way.changed
-            elif returned := [exit_ for exit_ in exits[left:] if exit_.goes_on]:
+            elif returned := [exit_ for exit_ in exits[exits_before:] if exit_.goes_on]:
                 arms[arm] = returned[-1].changed
             if verdict is True:
                 break
@@ -338,8 +338,8 @@ class AllWays(Interpreter):
             names = names_in(self.data.tree(condition, memory))
         except Unknown:
             return False
-        found = (memory.find(name) for name in names)
-        return any("%" + name in keys for name in names) or any(d.key in keys for d in found if d is not None)
+        declarations = (memory.find(name) for name in names)
+        return any("%" + name in keys for name in names) or any(d.key in keys for d in declarations if d is not None)
 
     def unknown_turns(self, loop: Statement, memory: Memory, certain: bool = False) -> None:
         """Run the body of a loop once for all its turns, with all data unknown that may differ between turns.
@@ -378,16 +378,16 @@ class AllWays(Interpreter):
         Args:
             keys: of the data that the loop may change; all are returned if the trials do not settle.
         """
-        found: set[str] = {UNSEEN} & keys
+        differing_keys: set[str] = {UNSEEN} & keys
         if memory.trial or self.exhausted(memory.frame.routine.source):
             return keys
         for _ in range(MAX_TRIALS):
             trial = memory.aside()
-            forget(trial, found, Kind.CHANGED_IN_LOOP)
+            forget(trial, differing_keys, Kind.CHANGED_IN_LOOP)
             before = present(trial, keys)
             self.body(body, trial)
             changed = differing(before, present(trial, keys))
-            if changed <= found:
-                return frozenset(found)
-            found |= changed
+            if changed <= differing_keys:
+                return frozenset(differing_keys)
+            differing_keys |= changed
         return keys

@@ -43,8 +43,8 @@ class AddedMotions:
     @classmethod
     def between(cls, program: Program, written: Program, motions: Iterable[StatementKey]) -> AddedMotions:
         """Return motions that were added, by their keys, and the routines that ``program`` does not have."""
-        own = {routine.key for routine in program.all_routines()}
-        return cls(frozenset(motions), frozenset(routine.key for routine in written.all_routines()) - own)
+        originals = {routine.key for routine in program.all_routines()}
+        return cls(frozenset(motions), frozenset(routine.key for routine in written.all_routines()) - originals)
 
 
 class Interpreter(ABC):
@@ -171,7 +171,7 @@ class Interpreter(ABC):
     def truth(self, condition: Span, memory: Memory) -> bool | None:
         """Whether a condition holds; None if it is not known."""
         data = self.deciding(condition, memory)
-        return data if isinstance(data, bool) else self.asked(condition, memory)
+        return data if isinstance(data, bool) else self.decide(condition, memory)
 
     def deciding(self, span: Span, memory: Memory) -> Data:
         """Value of the expression at a span, by which a way is chosen: ``Assumed`` or ``Unknown`` if not certain.
@@ -183,7 +183,7 @@ class Interpreter(ABC):
             return without_causes(data)[0]  # in what is added, a place is worked out of places that are assumed
         return data
 
-    def asked(self, condition: Span, memory: Memory) -> bool | None:
+    def decide(self, condition: Span, memory: Memory) -> bool | None:
         """Whether a condition holds that no data decides; None: both are possible, so that both ways are followed.
 
         Args:
@@ -212,7 +212,7 @@ class Interpreter(ABC):
             case = self.deciding(condition, memory)
             taken: bool | None = as_type(subject, "num") == as_type(case, "num")
             if isinstance(subject, Unknown | Assumed) or isinstance(case, Unknown | Assumed):
-                taken = self.asked(condition, memory)
+                taken = self.decide(condition, memory)
             if taken:
                 return True
             verdict = None if taken is None else verdict
@@ -241,23 +241,23 @@ class Interpreter(ABC):
             self.followed.add(place)
             self.call_routine(routine, pieces, memory, again)
         elif late is not None:
-            self.forget_given(statement, f"`{name}`" if name else LATE, memory)
+            self.forget_arguments(statement, f"`{name}`" if name else LATE, memory)
             self.run_unseen(statement, None, memory)
         elif word in STATE_OF_INSTRUCTION:
             self.set_state(word, pieces, memory)
         elif word in COUNTING:
             self.data.count(word, pieces, memory)
         elif word in READ_ONLY:
-            self.forget_given(statement, f"`{word}`", memory)
+            self.forget_arguments(statement, f"`{word}`", memory)
         elif not (word in BY_NAME and self.data.by_name(word, pieces, memory)):
             begin = statement.span[0]
-            self.forget_given(statement, f"`{source.data[begin : begin + len(word)].decode('latin-1')}`", memory)
+            self.forget_arguments(statement, f"`{source.data[begin : begin + len(word)].decode('latin-1')}`", memory)
             if word not in KNOWN_INSTRUCTIONS:
                 self.run_unseen(statement, len(pieces), memory)
             elif word in MOVING:
                 memory.doubt()
 
-    def forget_given(self, statement: Statement, writer: str, memory: Memory) -> None:
+    def forget_arguments(self, statement: Statement, writer: str, memory: Memory) -> None:
         """Make data unknown that a call of an instruction, or of code in none of the files, may write.
 
         Args:
@@ -319,8 +319,8 @@ class Interpreter(ABC):
             memory.doubt()
             return Unknown(Kind.NOT_FOLLOWED, routine.name)
         inner = replace(memory, frame=frame)
-        own = [d.key for d in routine.declarations if d.storage == "VAR" and d.key in memory.changed]
-        outer = {key: memory.changed[key] for key in own if before is not None}
+        local_keys = [d.key for d in routine.declarations if d.storage == "VAR" and d.key in memory.changed]
+        outer = {key: memory.changed[key] for key in local_keys if before is not None}
         result = self.enter(routine, inner)
         memory.changed = {**inner.changed, **outer} if outer else inner.changed
         memory.ends = inner.ends
@@ -348,12 +348,7 @@ class Interpreter(ABC):
             bound = frame.bindings.get(parameter.name)
             if parameter.mode not in BY_REFERENCE or "%" + parameter.name not in written or span[0] == span[1]:
                 continue
-            name = argument_name(data, span)
-            if name in memory.frame.bindings:
-                keys = ["%" + name]
-            else:
-                declaration = memory.find(name)
-                keys = [declaration.key] if declaration is not None and declaration.storage != "CONST" else []
+            keys = memory.keys_of(argument_name(data, span))
             if not isinstance(bound, Reference):
                 forget(memory, keys, Kind.MAY_BE_WRITTEN, f"`{routine.name}`")
             elif bound.assumed:
@@ -386,5 +381,5 @@ def _endless(frame: CallFrame, before: CallFrame) -> bool:
         frame: the new call; before: the call of that routine which has not ended.
     """
     references = (bound for bound in frame.bindings.values() if isinstance(bound, Reference))
-    own = any(bound.declaration.routine.lower() == frame.routine.name.lower() for bound in references)
-    return own or not frame.bindings or frame.conditional > before.conditional
+    by_reference = any(bound.declaration.routine.lower() == frame.routine.name.lower() for bound in references)
+    return by_reference or not frame.bindings or frame.conditional > before.conditional

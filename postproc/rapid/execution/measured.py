@@ -58,13 +58,13 @@ def with_advice(
     Args:
         events: the motions of the program; measured: result of ``say_measured``.
     """
-    told: dict[tuple[Source | None, Span | None], str] = {
+    advice: dict[tuple[Source | None, Span | None], str] = {
         (event.statement.source, event.statement.span): measured[declaration.key].help
         for event in events if measured
         for unknown in event.unknowns
         if (declaration := _stored_in(unknown, program)) is not None and declaration.key in measured
     }  # fmt: skip
-    return [replace(d, help=told.get((d.source, d.span), d.help)) if d.matter is Matter.LEFT else d for d in findings]
+    return [replace(d, help=advice.get((d.source, d.span), d.help)) if d.matter is Matter.LEFT else d for d in findings]
 
 
 def _finding(declaration: Declaration, event: MotionEvent, unknown: Unknown, offered: Sequence[str]) -> Diagnostic:
@@ -102,10 +102,11 @@ def _stored_in(unknown: Unknown, program: Program) -> Declaration | None:
     Data that ``--taught`` names does not count.
     """
     for key in _keys(unknown):
-        found = program.names.get(key)
-        stored = found is not None and found.storage == "PERS" and found.init is not None and not found.routine
-        if found is not None and stored and found.name.lower() not in program.taught:
-            return found
+        data = program.names.get(key)
+        if data is None or data.storage != "PERS" or data.init is None or data.routine:
+            continue
+        if data.name.lower() not in program.taught:
+            return data
     return None
 
 

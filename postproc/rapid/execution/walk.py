@@ -67,7 +67,7 @@ def walk_program(program: Program, entry: str | None = None, added: AddedMotions
         raise PostprocError.of("RAP030", f"there is no routine `{entry}`", help=help)
     started = uncalled if chosen is None else [chosen]
     run = _followed(program, started, added)
-    count, found = len(run.recorder.events), tuple(run.findings.all)
+    count, findings = len(run.recorder.events), tuple(run.findings.all)
     run.recorder.only_new = True
     unknown = start_without(run.changes.everything)
     for routine in uncalled:
@@ -81,8 +81,8 @@ def walk_program(program: Program, entry: str | None = None, added: AddedMotions
     only_started = count if entry is not None else None
     events, flips = assume_wrist(_marked(run)[:only_started])
     events[count:] = [replace(event, unreachable=True) for event in events[count:]]
-    found += () if entry is not None else tuple(map(forgiven, run.findings.all[len(found) :]))
-    return Walk(events, (*found, *flips, *rough_orientations(events), *rough_frames(program)))
+    findings += () if entry is not None else tuple(map(forgiven, run.findings.all[len(findings) :]))
+    return Walk(events, (*findings, *flips, *rough_orientations(events), *rough_frames(program)))
 
 
 def _followed(program: Program, started: Sequence[Routine], added: AddedMotions | None) -> AllWays:
@@ -101,11 +101,11 @@ def _followed(program: Program, started: Sequence[Routine], added: AddedMotions 
             run.choices = SplitBranches(forced, met)
             for routine in started:
                 run.findings.taught_ends(_start(run, routine, AT_START))
-        more = run.choices.lacking(run.recorder.events) if ways else {}
-        if not more:
+        undecided = run.choices.lacking(run.recorder.events) if ways else {}
+        if not undecided:
             run.choices = SplitBranches()
             return run
-        branches |= more
+        branches |= undecided
         one = (run.steps + run.spare) // len(ways)
         ways = combinations(branches)
         if one * len(ways) > MAX_STEPS:
@@ -155,7 +155,7 @@ def _unshared(run: AllWays) -> dict[StatementKey, set[str]]:
 
     No correction may depend on them.
     """
-    events, found = run.recorder.events, dict[StatementKey, set[str]]()
+    events, unshared = run.recorder.events, dict[StatementKey, set[str]]()
     rows = executions_of(events) if run.recorder.others else {}
     for key, target, numbers in run.recorder.others:
         now, runs = dict(numbers), [dict(events[i].numbers) for i in rows[key] if events[i].target == target]
@@ -164,8 +164,8 @@ def _unshared(run: AllWays) -> dict[StatementKey, set[str]]:
         if {name: now.get(name) for name in names - apart} not in [{n: r.get(n) for n in names - apart} for r in runs]:
             apart = names
         if apart:
-            found.setdefault(key, set()).update(apart)
-    return found
+            unshared.setdefault(key, set()).update(apart)
+    return unshared
 
 
 def _start(run: AllWays, routine: Routine, state: Mapping[str, Data], supposed: bool = False) -> Memory:
@@ -237,15 +237,15 @@ def _unreached(run: AllWays, routine: Routine) -> Iterator[Statement]:
 
 def _calls(program: Program) -> dict[str, set[tuple[str, int]]]:
     """Places (path, offset) of the statements that call each routine by its name, by routine key."""
-    found: dict[str, set[tuple[str, int]]] = {}
+    places: dict[str, set[tuple[str, int]]] = {}
     names = {name for _, name in program.routines}
     for routine in program.all_routines():
         for statement in statements_of(routine):
             named = statement.kind == "call" and statement.word in names
             called = program.routine(statement.word, routine.module) if named else None
             if called is not None and program.motion(routine.source, statement) is None:
-                found.setdefault(called.key, set()).add((routine.source.path, statement.span[0]))
-    return found
+                places.setdefault(called.key, set()).add((routine.source.path, statement.span[0]))
+    return places
 
 
 def _uncalled(program: Program) -> list[Routine]:
@@ -260,8 +260,8 @@ def _uncalled(program: Program) -> list[Routine]:
             moves = (routine.source.path, statement.span[0]) in program.motions
             if statement.kind in ("call", "connect") and not moves:
                 _add_names(program, routine.source, statement, named)
-    own = (r for r in program.all_routines() if r.kind == "PROC" and not r.source.read_only)
-    return [r for r in own if r.name.lower() not in named]
+    procedures = (r for r in program.all_routines() if r.kind == "PROC" and not r.source.read_only)
+    return [r for r in procedures if r.name.lower() not in named]
 
 
 def _add_names(program: Program, source: Source, statement: Statement, named: set[str]) -> None:

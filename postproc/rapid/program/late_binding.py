@@ -7,6 +7,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from glob import escape
 
 from postproc.diagnostics import Span
 from postproc.rapid.program.arguments import Piece, argument_name, component_path, read_arguments
@@ -95,22 +97,8 @@ def _joined(parts: Sequence[str | None]) -> Template:
 
 def may_be(template: Template, name: str) -> bool:
     """Whether a name (any case) fits a template, in which None stands for any text."""
-    name, at, free = name.lower(), 0, False
-    for i, part in enumerate(template):
-        if part is None:
-            free = True
-            continue
-        last = i == len(template) - 1
-        if not free:
-            position = at if name.startswith(part, at) else -1
-        elif last:
-            position = max(at, len(name) - len(part)) if name.endswith(part) and len(name) - len(part) >= at else -1
-        else:
-            position = name.find(part, at)
-        if position < 0:
-            return False
-        at, free = position + len(part), False
-    return free or at == len(name)
+    pattern = "".join("*" if part is None else escape(part) for part in template)
+    return fnmatchcase(name.lower(), pattern)
 
 
 def named_by_text(statement: Statement, routine: Routine, program: Program) -> Iterator[Declaration]:

@@ -181,7 +181,7 @@ def read_program(
     diagnostics += check_taught(taught, names)
     routines = named_routines(modules)
     motions = _read_motions(modules, routines)
-    statements = _in_text_order(motions)
+    statements = tuple(motions.values())
     diagnostics += [_incomplete(statement) for statement in statements if not statement.shape.complete]
     declarations = tuple(all_declarations(modules))
     findings, stated = tuple(diagnostics), frozenset(name.lower() for name in taught)
@@ -202,7 +202,7 @@ def read_again(program: Program, text: Mapping[str, bytes]) -> Program:
 def _read_motions(
     modules: Sequence[Module], routines: Mapping[tuple[str, str], Routine]
 ) -> dict[StatementKey, MotionStatement]:
-    """The motion statements of all files by their key, without calls of own routines with the name of an instruction.
+    """The motion statements of all files in text order, without calls of own routines with the name of an instruction.
 
     Args:
         routines: by lower-case (module, name).
@@ -218,13 +218,6 @@ def _read_motions(
                     motion = reader.read(statement.span, statement.word, module.name, routine.name)
                     motions[motion.key] = motion
     return motions
-
-
-def _in_text_order(motions: Mapping[StatementKey, MotionStatement]) -> tuple[MotionStatement, ...]:
-    """The motion statements sorted by their place in the text, file after file."""
-    files = {path: number for number, path in enumerate(dict.fromkeys([path for path, _ in motions]))}
-    ordered = sorted([(files[path], at, path) for path, at in motions])
-    return tuple([motions[path, at] for _, at, path in ordered])
 
 
 def _read_source(source: Source) -> tuple[list[Module], list[Diagnostic]]:

@@ -144,7 +144,7 @@ class Calculation(Interpreter):
             raise _cannot(memory, statement.span, f"`{statement.word}` is not calculated here")
         super().call(statement, memory)
 
-    def asked(self, condition: Span, memory: Memory) -> bool:
+    def decide(self, condition: Span, memory: Memory) -> bool:
         """Refuse a condition that is no truth value.
 
         Raises:
