@@ -256,25 +256,21 @@ def _finding(schema: type[BaseModel], error: dict[str, Any], source: Source, cod
         schema: of the file. error: as pydantic describes it. code: of the diagnostic.
     """
     keys: Keys = tuple(error["loc"])
+    name, last = ".".join(str(k) for k in keys), keys[-1] if keys else ""
     if error["type"] == "extra_forbidden":
-        key, allowed = str(keys[-1]), _allowed(schema, keys[:-1])
+        key, allowed = str(last), _allowed(schema, keys[:-1])
         listed = "allowed here: " + (", ".join(f"`{a}`" for a in allowed) or "nothing")
-        help_ = f"{did_you_mean(key, allowed)} {listed}".lstrip()
-        return Diagnostic(code, "error", f"unknown key `{key}`", source, span_of(source, keys), help_)
-    name = ".".join(str(k) for k in keys)
-    if error["type"] == "missing" and isinstance(keys[-1], int):
+        message, help_ = f"unknown key `{key}`", f"{did_you_mean(key, allowed)} {listed}".lstrip()
+        at = span_of(source, keys)
+    elif error["type"] == "missing" and isinstance(last, int):
+        message, help_ = f"`{name.rpartition('.')[0]}` has too few values", f"give {last + 1} or more"
         at = span_of(source, keys[:-1], value=True)
-        return Diagnostic(
-            code, "error", f"`{name.rpartition('.')[0]}` has too few values", source, at, f"give {keys[-1] + 1} or more"
-        )
-    if error["type"] == "missing":
-        return Diagnostic(
-            code, "error", f"`{name}` is missing", source, span_of(source, keys[:-1]), f"add `{keys[-1]} = ..`"
-        )
-    message = error["msg"][0].lower() + error["msg"][1:].replace("array", "list").replace("an object", "a table")
-    return Diagnostic(
-        code, "error", f"`{name}`: {message}", source, span_of(source, keys, value=True), _expected(error)
-    )
+    elif error["type"] == "missing":
+        message, help_, at = f"`{name}` is missing", f"add `{last} = ..`", span_of(source, keys[:-1])
+    else:
+        text = error["msg"][0].lower() + error["msg"][1:].replace("array", "list").replace("an object", "a table")
+        message, help_, at = f"`{name}`: {text}", _expected(error), span_of(source, keys, value=True)
+    return Diagnostic(code, "error", message, source, at, help_)
 
 
 def _allowed(schema: type[BaseModel], loc: Keys) -> list[str]:

@@ -59,8 +59,12 @@ def discover(root: Path, output: Path | None = None, below: Path = Path()) -> tu
         if _is_shared(home) or not _moves(task):
             copies += task.files
         else:
-            finding = [_not_loaded(unloaded[home])] if home in unloaded else []
-            moving.append(replace(task, findings=(*task.findings, *finding)))
+            if missing := unloaded.get(home):
+                text = "only copied, since `BACKINFO/backinfo.txt` does not list it and no controller loads it: "
+                text += f"`{missing[0]}`" + (f" and {len(missing) - 1} more" if len(missing) > 1 else "")
+                finding = Diagnostic("BAT022", "warning", text, help="add to that list what belongs to the program")
+                task = replace(task, findings=(*task.findings, finding))
+            moving.append(task)
     single, others = _read_programs(root, loose)
     return sorted([*moving, *single], key=lambda task: task.name), sorted([*copies, *others])
 
@@ -165,13 +169,6 @@ def _read_tasks(
         others = [OtherTask(tasks[h].files, units.get(h, frozenset())) for h in siblings if not _is_shared(h)]
         tasks[home] = replace(task, shared=tuple(shared), others=tuple(others))
     return tasks, unloaded
-
-
-def _not_loaded(names: list[str]) -> Diagnostic:
-    """Return BAT022 about the modules of a task that its controller does not load."""
-    text = "only copied, since `BACKINFO/backinfo.txt` does not list it and no controller loads it: "
-    text += f"`{names[0]}`" + (f" and {len(names) - 1} more" if len(names) > 1 else "")
-    return Diagnostic("BAT022", "warning", text, help="add to that list what belongs to the program")
 
 
 def _read_programs(root: Path, names: Iterable[str]) -> tuple[list[Task], list[str]]:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 def arm_lines(ready: Ready) -> Iterator[str]:
     """Yield lines on which arm tasks are converted for, and by what settings; equal lines are counted."""
     converters = [one.converter for one in ready.tasks]
-    lines = Counter("no arm" if isinstance(c, PostprocError) else c.settings.headline(c.robot) for c in converters)
+    lines = Counter("no arm" if isinstance(c, PostprocError) else c.settings.headline(c.robot.name) for c in converters)
     for line, count in lines.items():
         yield line if len(lines) == 1 else f"{count} task{'s' * (count > 1)}: {line}"
     known = (converter for converter in converters if not isinstance(converter, PostprocError))

@@ -20,8 +20,6 @@ from postproc.diagnostics import Diagnostic, PostprocError
 if TYPE_CHECKING:
     from postproc.effects.base import Effect
     from postproc.estimation.fitted import Fit
-    from postproc.model.arm import Model
-    from postproc.robot.arm import Robot
     from postproc.robot.cells.station import Station
     from postproc.settings_files import FitChoices
 
@@ -52,11 +50,15 @@ def run(
         output: model file to write. Default: stdout, and nowhere with --json.
         json: print the postproc/fit/1 document.
     """
+    import numpy as np
+
     from postproc.estimation.nominal import no_farther_than_nominal
     from postproc.estimation.recorded import recorded_model
     from postproc.identification.add import fit_effects
+    from postproc.model.arm import Model
     from postproc.results.fit import fit_document
     from postproc.robot.catalogue import doubts, load_robot
+    from postproc.robot.pose import rpy
 
     robot, cell, stated, robot_from = _stated(data[0], robot, cell)
     check_outputs((*data, *table.inputs, robot, cell), output)
@@ -67,7 +69,8 @@ def run(
     say(f"{assumed(arm.name, [c.key for c in classes], table.sigma)}; {robot_from}")
     measured = table.read(data, arm, at=station)
     turned = stated.mounting or (0.0, 0.0, 0.0) if mounting is None else parse_vector("--mounting", mounting, "180,0,0")
-    model = _nominal(arm, robot, station, turned)
+    model = Model(arm, R_world_base=rpy(np.radians(turned)), robot_name=robot)
+    model = model if station is None else model.at_station(station)
     with watching("fitting") as watch:
         fit = fit_effects(model, measured, classes, noise=table.sigma, watch=watch)
     _check_frames(fit, {cls.key for cls in classes})
@@ -93,21 +96,6 @@ def _effects(effects: str) -> tuple[list[str], list[type[Effect]]]:
     for word in words:
         classes += load_effect_file(word) if word.endswith(".py") else [find_effect(word, effect_library())]
     return words, list(dict.fromkeys(classes))
-
-
-def _nominal(arm: Robot, name: str, station: Station | None, turned: tuple[float, ...]) -> Model:
-    """Return the arm without effects, its base turned by roll, pitch, yaw [deg], or as its cell states.
-
-    Args:
-        name: of the arm, as the user writes it. turned: the three angles.
-    """
-    import numpy as np
-
-    from postproc.model.arm import Model
-    from postproc.robot.pose import rpy
-
-    model = Model(arm, R_world_base=rpy(np.radians(turned)), robot_name=name)
-    return model if station is None else model.at_station(station)
 
 
 def _station(cell: Path | None, mounting: VectorText | None) -> Station | None:
