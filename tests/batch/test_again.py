@@ -161,17 +161,6 @@ def test_one_run_owns_a_folder(tmp_path: Path) -> None:
         convert(source, out)
 
 
-def test_torn_records_and_unfinished_files_do_no_harm(tmp_path: Path) -> None:
-    source, out = programs(tmp_path / "in", 3), tmp_path / "out"
-    convert(source, out)
-    state = tree(out)
-    torn = next(path for path in (out / ".postproc").glob("*.json") if b"Seam1" in path.read_bytes())
-    torn.write_bytes(torn.read_bytes()[:90])
-    write(out, {".postproc/all.unfinished/Seam1.mod": "half a fi"})
-    again, _ = convert(source, out)
-    assert len(cached(again)) == 2 and tree(out) == state
-
-
 def test_a_program_called_like_its_listing_keeps_both(tmp_path: Path) -> None:
     files = {"P/P.pgf": "<Program><Module>one.mod</Module></Program>", "P/one.mod": program("One")}
     source, out = write(tmp_path / "in", files), tmp_path / "out"

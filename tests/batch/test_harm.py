@@ -49,29 +49,12 @@ def test_files_of_a_job_stand_below_the_jobs_file(call: Call, tmp_path: Path, pa
     assert tree(tmp_path) == before
 
 
-@pytest.mark.parametrize("folder", ["..", "/tmp", "sub/..", "a/../../jobs"])
-def test_the_folder_of_a_job_stands_below_the_jobs_file(call: Call, tmp_path: Path, folder: str) -> None:
-    write(
-        tmp_path,
-        {**data("a.mod"), "jobs/sub/x.mod": DATA.format("x"), "jobs/jobs.toml": f'[[job]]\nfolder = "{folder}"\n'},
-    )
-    found = call("batch", tmp_path / "jobs/jobs.toml", "-o", tmp_path / "out", "--workers", "1")
-    assert found.code == 2 and "error[BAT009]" in found.err
-
-
 def test_patterns_leave_out_the_outputs(tmp_path: Path) -> None:
     jobs = write(tmp_path, {**data("a.mod"), "jobs.toml": '[[job]]\nname = "t"\nfiles = ["**/*.mod"]\n'}) / "jobs.toml"
     for _ in range(2):
         batch, _ = convert(jobs, tmp_path / "out")
         assert [o.task.files for o in batch.outcomes] == [("a.mod",)]
     assert set(tree(tmp_path / "out", without=[".postproc"])) == {"a.mod"}
-
-
-def test_a_task_that_is_named_twice_is_not_lost(tmp_path: Path) -> None:
-    text = '[[job]]\nname = "t"\nfiles = ["a.mod"]\n[[job]]\nname = "t"\nfiles = ["b.mod"]\n'
-    jobs = write(tmp_path, {**data("a.mod", "b.mod"), "jobs.toml": text}) / "jobs.toml"
-    with pytest.raises(PostprocError, match="there is a task `t` already"):
-        convert(jobs, tmp_path / "out")
 
 
 def test_links_in_the_output_folder_lead_nowhere_else(tmp_path: Path) -> None:

@@ -87,13 +87,6 @@ def test_the_error_falls_when_the_missing_effect_is_added(call: Call, cell: Path
     assert np.sqrt(np.mean((places - truth) ** 2)) < 0.6 * NOISE_MM
 
 
-def test_nothing_is_missing_in_the_better_model(call: Call, cell: Path, tmp_path: Path) -> None:
-    model = tmp_path / "whole.toml"
-    data = cell / "fit.csv"
-    assert call("fit", data, "--robot", "irb4600_60_205", "--effects", f"{BASE},backlash", "-o", model).code == 0
-    assert call("diagnose", model, data).out.startswith("Nothing is missing")
-
-
 OWN = '''
 import numpy as np
 
