@@ -151,10 +151,10 @@ def _check_each(taken: dict[Place, str], *writes: Path | None) -> None:
             continue
         if output.is_dir():
             raise PostprocError.of("CLI008", f"cannot write `{output}`: it is a folder", help="name a file")
-        there = next(folder for folder in output.absolute().parents if folder.exists())
-        if not there.is_dir():
+        nearest = next(folder for folder in output.absolute().parents if folder.exists())
+        if not nearest.is_dir():
             raise PostprocError.of(
-                "CLI008", f"cannot write `{output}`: `{there}` is no folder", help="name another folder"
+                "CLI008", f"cannot write `{output}`: `{nearest}` is no folder", help="name another folder"
             )
         at = place(output)
         if at in taken:

@@ -108,9 +108,9 @@ def parse_toml(source: Source, code: str) -> dict[str, Any]:
         if is_program(text):
             help_ = "name the TOML file that was meant; programs are named without an option"
             raise PostprocError.of(code, "this is a RAPID program, not a TOML file", source, (0, 1), help_) from error
-        said = str(error)
-        help_ = next((meant for start, meant in TOML_MISTAKES.items() if said.startswith(start)), WRITTEN_HINT)
-        finding = Diagnostic(code, "error", f"not TOML: {said}", source, _error_span(source, said), help_)
+        problem = str(error)
+        help_ = next((meant for start, meant in TOML_MISTAKES.items() if problem.startswith(start)), WRITTEN_HINT)
+        finding = Diagnostic(code, "error", f"not TOML: {problem}", source, _error_span(source, problem), help_)
         raise PostprocError(finding) from error
     except (ValueError, RecursionError) as error:  # a number of thousands of digits, brackets a thousand deep
         message = "a number is too long" if isinstance(error, ValueError) else "brackets are nested too deep"

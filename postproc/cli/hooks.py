@@ -40,8 +40,8 @@ def main(arguments: Sequence[str]) -> int:
 
     def work() -> int:
         """Split this script's options from all others, and run the command."""
-        own, words = parser.parse_known_args(arguments[1:])
-        return _every(arguments[0], {option: path for option, path in vars(own).items() if path is not None}, words)
+        values, words = parser.parse_known_args(arguments[1:])
+        return _every(arguments[0], {option: path for option, path in vars(values).items() if path is not None}, words)
 
     return guarded(work, ())
 

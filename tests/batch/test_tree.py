@@ -314,7 +314,7 @@ def test_layouts(tmp_path: Path, files: list[str], names: list[str]) -> None:
 def test_a_jobs_file_gives_each_task_its_model(tmp_path: Path) -> None:
     soft = 'robot = "irb4600_60_205"\n[effects.joint_compliance]\ncompliance_rad_per_Nm = [1e-5, 1e-6, 1e-6, 1e-5, 1e-5, 1e-5]\n'
     jobs = """
-tolerance_mm = 0.1
+largest_correction_mm = 20
 [[job]]
 folder = "cell"
 only = ["a.mod"]
@@ -338,6 +338,8 @@ name = "together"
             "loose/two.mod": program("Two", tool=""),
         },
     )
+    stated = [chosen.options for _, chosen in planned(tmp_path / "jobs.toml", tmp_path / "out").tasks]
+    assert [options.largest_correction_m for options in stated] == [0.02] * 3, "what the file states holds for all"
     batch, _ = convert(tmp_path / "jobs.toml", tmp_path / "out", Settings(robot=ARM))
     assert statuses(batch) == dict.fromkeys(("cell/a.mod", "cell/b.mod", "together"), "compensated")
     soft_mm, stiff_mm = (

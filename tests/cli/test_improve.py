@@ -13,7 +13,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from postproc.cli.improve.asked import ArmOptions, MeasuredOptions
+from postproc.cli.improve.model_options import ArmOptions, MeasuredOptions
 from postproc.report.blocks import Document
 from tests.independent import library_effects as hidden
 from tests.independent.hidden_effects import Plan, make_set

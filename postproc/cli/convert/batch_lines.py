@@ -6,7 +6,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -81,10 +81,7 @@ def reporting(total: int) -> Iterator[Reporter]:
     Args:
         total: number of tasks.
     """
-    if not sys.stderr.isatty():
-        yield Reporter(total)
-        return
-    with watching("programs") as watch:
+    with watching("programs") if sys.stderr.isatty() else nullcontext() as watch:
         yield Reporter(total, watch)
 
 

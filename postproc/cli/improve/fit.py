@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from postproc import BASE
-from postproc.cli.improve.asked import ArmOptions, MeasuredOptions
+from postproc.cli.improve.model_options import ArmOptions, MeasuredOptions
 from postproc.cli.inputs import assumed, short_names
 from postproc.cli.options import Flag, Output, Tables, TextFlag, VectorText, parse_vector
 from postproc.cli.output import check_outputs, present, write_model
@@ -78,8 +78,8 @@ def run(
     write_model(output, recorded_model(fit), silent=json)
     present(fit_document(short_names(*data), fit), json=json, text=text, aside=output is None)
     if not json and output is not None:
-        own = ArmOptions(effects=tuple(Path(word) for word in words if word.endswith(".py")))
-        say_next("says whether an effect is missing", "diagnose", output, *data, *table.words(), *own.words())
+        arm_options = ArmOptions(effects=tuple(Path(word) for word in words if word.endswith(".py")))
+        say_next("says whether an effect is missing", "diagnose", output, *data, *table.words(), *arm_options.words())
     return 0
 
 
@@ -136,12 +136,12 @@ def _check_frames(fit: Fit, fitted_effects: Set[str]) -> None:
     from postproc.effects.roles import FRAME_ROLES
     from postproc.measure.checks.readings import MISMATCH_M
 
-    left_out = [f"`{key}`" for key in (effect_in_role(role).key for role in FRAME_ROLES) if key not in fitted_effects]
-    if not left_out or fit.rms < NO_FRAME:
+    omitted = [f"`{key}`" for key in (effect_in_role(role).key for role in FRAME_ROLES) if key not in fitted_effects]
+    if not omitted or fit.rms < NO_FRAME:
         return
-    message = f"without {' and '.join(left_out)} the model misses the points by {1e3 * fit.rms:.1f} mm per axis"
+    message = f"without {' and '.join(omitted)} the model misses the points by {1e3 * fit.rms:.1f} mm per axis"
     mismatch = fit.rms > MISMATCH_M
-    found = Diagnostic("DAT030", "error" if mismatch else "warning", message, help="name them among the effects")
+    finding = Diagnostic("DAT030", "error" if mismatch else "warning", message, help="name them among the effects")
     if mismatch:
-        raise PostprocError(found)
-    show([found])
+        raise PostprocError(finding)
+    show([finding])
