@@ -279,19 +279,14 @@ def _allowed(schema: type[BaseModel], loc: Keys) -> list[str]:
     Args:
         loc: path of keys, from the whole file.
     """
-    current: Any = schema
+    current: type[BaseModel] | None = schema
     for key in loc:
-        if (
-            isinstance(key, str)
-            and isinstance(current, type)
-            and issubclass(current, BaseModel)
-            and key in current.model_fields
-        ):
+        if isinstance(key, str) and current is not None and key in current.model_fields:
             annotation = current.model_fields[key].annotation
             inside = getattr(annotation, "__args__", ())
             candidates = [annotation, *inside, *(getattr(each, "__origin__", None) for each in inside)]  # Annotated
             current = next((c for c in candidates if isinstance(c, type) and issubclass(c, BaseModel)), None)
-    if not (isinstance(current, type) and issubclass(current, BaseModel)):
+    if current is None:
         return []
     return sorted(field.alias or name for name, field in current.model_fields.items())
 

@@ -64,7 +64,6 @@ def test_what_somebody_edited_is_put_aside_before_it_is_written_anew(tmp_path: P
     "settings",
     [
         replace(ROUGH, options=replace(ROUGH.options, force=(100.0, 0.0, 0.0))),
-        replace(ROUGH, options=replace(ROUGH.options, tolerance_m=2e-4)),
         replace(ROUGH, robot="irb4600_60_205_seed"),
     ],
 )

@@ -49,17 +49,6 @@ def test_internal_error_leaves_a_trace_in_a_file(
     assert "raise KeyError" in trace.read_text()
 
 
-def test_findings_carry_their_exit_code(capsys: pytest.CaptureFixture[str]) -> None:
-    app = App(print_error=False, exit_on_error=False, result_action="return_value")
-
-    @app.default
-    def unsafe() -> None:
-        raise PostprocError(Diagnostic("KIN001", "error", "out of reach"), exit_code=1)
-
-    assert run(app, []) == 1
-    assert capsys.readouterr().err == "error[KIN001]: out of reach\n"
-
-
 def test_a_closed_pipe_is_not_an_error() -> None:
     code = "from postproc.cli.app import main; import sys; sys.argv[1:] = ['explain', 'CLI001']; main()"
     reader, writer = os.pipe()
