@@ -137,16 +137,24 @@ def check_writes(reads: Iterable[str | Path | None], *writes: Path | None) -> No
     Raises:
         PostprocError: an output is an input or another output (CLI007), or cannot be written (CLI008).
     """
-    taken = {place(Path(name)): f"the input `{name}`" for name in reads if name is not None}
+    _check_each({place(Path(name)): f"the input `{name}`" for name in reads if name is not None}, *writes)
+
+
+def _check_each(taken: dict[Place, str], *writes: Path | None) -> None:
+    """Refuse outputs as `check_writes` does.
+
+    Args:
+        taken: what stands, or will stand, in each place; the outputs are added to it.
+    """
     for output in writes:
         if output is None:
             continue
         if output.is_dir():
             raise PostprocError.of("CLI008", f"cannot write `{output}`: it is a folder", help="name a file")
-        there = next(folder for folder in output.absolute().parents if folder.exists())
-        if not there.is_dir():
+        nearest = next(folder for folder in output.absolute().parents if folder.exists())
+        if not nearest.is_dir():
             raise PostprocError.of(
-                "CLI008", f"cannot write `{output}`: `{there}` is no folder", help="name another folder"
+                "CLI008", f"cannot write `{output}`: `{nearest}` is no folder", help="name another folder"
             )
         at = place(output)
         if at in taken:
@@ -156,7 +164,7 @@ def check_writes(reads: Iterable[str | Path | None], *writes: Path | None) -> No
 
 
 def check_tree(
-    root: Path, names: Iterable[str], state: Iterable[str], reads: Iterable[Path], *beside: Path | None
+    root: Path, names: Iterable[str], state: Iterable[str], reads: Iterable[Path], report: Path | None
 ) -> None:
     """Refuse a tree of outputs that would leave its folder or overwrite an input, before anything in it is written.
 
@@ -164,7 +172,7 @@ def check_tree(
         root: the folder of the tree.
         names: files of the tree, relative to the folder, with forward slashes.
         state: files, relative too, that the batch keeps for itself there, in folders of their own.
-        reads: all files that are read. beside: other files that will be written.
+        reads: all files that are read. report: another file that will be written, None for none.
 
     Raises:
         PostprocError: BAT015, or as `check_writes`.
@@ -190,13 +198,10 @@ def check_tree(
             text = f"the output `{root / name}` is {taken[at]}"
             raise PostprocError.of("BAT015", text, help="give another folder with -o, or another name to the file")
         taken[at] = f"the output `{root / name}`"
-    check_writes((), *beside)
-    for other in beside:
-        if other is not None and any(real(other).is_relative_to(real(folder)) for folder in kept):
-            text = f"the output `{other}` stands where the batch keeps its own state"
-            raise PostprocError.of("CLI007", text, help="choose another place")
-        if other is not None and (at := place(other)) in taken:
-            raise PostprocError.of("CLI007", f"the output `{other}` is {taken[at]}", help="choose another name")
+    _check_each(taken, report)
+    if report is not None and any(real(report).is_relative_to(real(folder)) for folder in kept):
+        text = f"the output `{report}` stands where the batch keeps its own state"
+        raise PostprocError.of("CLI007", text, help="choose another place")
 
 
 def write_whole(target: Path, data: bytes, scratch: Path | None = None) -> None:

@@ -34,7 +34,10 @@ def schema_of(kind: str) -> dict[str, Any]:
     declared, title = SCHEMA_KINDS[kind]
     schema = declared.model_json_schema(by_alias=True, schema_generator=_DescribedSchema)
     if declared is ModelFile:
-        _with_effects(schema)
+        # As the effects declare it; other keys may hold anything.
+        known = {key: _effect(cls) for key, cls in effect_library().items()}
+        unknown = {"type": "object", "description": "an effect of your own (`--effects FILE.py`)"}
+        schema["properties"]["effects"] = {"type": "object", "properties": known, "additionalProperties": unknown}
     return {"$schema": DRAFT, **schema, "title": title}
 
 
@@ -53,13 +56,6 @@ class _DescribedSchema(GenerateJsonSchema):
             if name in texts:
                 part["properties"][declared.alias or name]["description"] = " ".join(texts[name].split())
         return part
-
-
-def _with_effects(schema: dict[str, Any]) -> None:
-    """Add ``[effects.KEY]`` of a model file to its schema, as the effects declare it; other keys may hold anything."""
-    known = {key: _effect(cls) for key, cls in effect_library().items()}
-    unknown = {"type": "object", "description": "an effect of your own (`--effects FILE.py`)"}
-    schema["properties"]["effects"] = {"type": "object", "properties": known, "additionalProperties": unknown}
 
 
 def _effect(cls: type[Effect]) -> dict[str, Any]:

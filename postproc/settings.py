@@ -14,7 +14,6 @@ from postproc.user_options import option, options_of
 
 if TYPE_CHECKING:
     from postproc.model.arm import Model
-    from postproc.robot.arm import Robot
     from postproc.robot.cells.station import Station
 
 NAME = "postproc.toml"
@@ -147,6 +146,8 @@ def read_arm(settings: Settings, program: str, unknown: Diagnostic | None = None
         PostprocError: nothing names an arm (CLI013), its controller corrects by itself (KIN017), nobody knows how stiff
             it is (MOD004), the model is of another arm (MOD014), or a file does not fit.
     """
+    import numpy as np
+
     from postproc.effects.registry import effect_library
     from postproc.model.file import default_model, read_model
     from postproc.model.from_controller import controller_model
@@ -173,21 +174,11 @@ def read_arm(settings: Settings, program: str, unknown: Diagnostic | None = None
             text = f"`{settings.model}` is a model of `{model.robot.name}`, not of `{other.name}`"
             help_ = "leave the name of the arm out; or say `--model-of-another-arm` if that is what you want"
             raise PostprocError.of("MOD014", text, help=help_)
-        model = _moved_to(model, other, settings.robot)
+        # The uncertainty of its fit is kept only if the geometry is equal.
+        links = zip((model.robot.link, model.robot.axis), (other.link, other.axis), strict=True)
+        fit = model.fit if all(np.allclose(one, two, atol=1e-9) for one, two in links) else {}
+        model = replace(model, robot=other, robot_name=settings.robot, fit=fit)
     return model if station is None else replace(model, station=station)
-
-
-def _moved_to(model: Model, robot: Robot, name: str) -> Model:
-    """Return the model with another robot; the uncertainty of its fit is kept only if the geometry is equal.
-
-    Args:
-        name: of the robot, as the settings state it.
-    """
-    import numpy as np
-
-    before = model.robot
-    same_links = np.allclose(before.link, robot.link, atol=1e-9) and np.allclose(before.axis, robot.axis, atol=1e-9)
-    return replace(model, robot=robot, robot_name=name, fit=model.fit if same_links else {})
 
 
 def corrected_twice(settings: Settings, station: Station | None) -> list[Diagnostic]:
@@ -196,9 +187,7 @@ def corrected_twice(settings: Settings, station: Station | None) -> list[Diagnos
     Args:
         station: the arm in its cell; None without one, and then nothing is found.
     """
-    if settings.model is not None or settings.options.already or station is None:
-        return []
-    if not station.cell_arm.calibrated:
+    if settings.model is not None or settings.options.already or station is None or not station.cell_arm.calibrated:
         return []
     text = f"`{station.arm}` runs with Absolute Accuracy: its controller corrects geometry and weight already"
     help_ = "say `--already geometry,gravity` if these are what it corrects: what it leaves is corrected then; or "

@@ -108,9 +108,9 @@ def parse_toml(source: Source, code: str) -> dict[str, Any]:
         if is_program(text):
             help_ = "name the TOML file that was meant; programs are named without an option"
             raise PostprocError.of(code, "this is a RAPID program, not a TOML file", source, (0, 1), help_) from error
-        said = str(error)
-        help_ = next((meant for start, meant in TOML_MISTAKES.items() if said.startswith(start)), WRITTEN_HINT)
-        finding = Diagnostic(code, "error", f"not TOML: {said}", source, _error_span(source, said), help_)
+        problem = str(error)
+        help_ = next((meant for start, meant in TOML_MISTAKES.items() if problem.startswith(start)), WRITTEN_HINT)
+        finding = Diagnostic(code, "error", f"not TOML: {problem}", source, _error_span(source, problem), help_)
         raise PostprocError(finding) from error
     except (ValueError, RecursionError) as error:  # a number of thousands of digits, brackets a thousand deep
         message = "a number is too long" if isinstance(error, ValueError) else "brackets are nested too deep"
@@ -256,25 +256,21 @@ def _finding(schema: type[BaseModel], error: dict[str, Any], source: Source, cod
         schema: of the file. error: as pydantic describes it. code: of the diagnostic.
     """
     keys: Keys = tuple(error["loc"])
+    name, last = ".".join(str(k) for k in keys), keys[-1] if keys else ""
     if error["type"] == "extra_forbidden":
-        key, allowed = str(keys[-1]), _allowed(schema, keys[:-1])
+        key, allowed = str(last), _allowed(schema, keys[:-1])
         listed = "allowed here: " + (", ".join(f"`{a}`" for a in allowed) or "nothing")
-        help_ = f"{did_you_mean(key, allowed)} {listed}".lstrip()
-        return Diagnostic(code, "error", f"unknown key `{key}`", source, span_of(source, keys), help_)
-    name = ".".join(str(k) for k in keys)
-    if error["type"] == "missing" and isinstance(keys[-1], int):
+        message, help_ = f"unknown key `{key}`", f"{did_you_mean(key, allowed)} {listed}".lstrip()
+        at = span_of(source, keys)
+    elif error["type"] == "missing" and isinstance(last, int):
+        message, help_ = f"`{name.rpartition('.')[0]}` has too few values", f"give {last + 1} or more"
         at = span_of(source, keys[:-1], value=True)
-        return Diagnostic(
-            code, "error", f"`{name.rpartition('.')[0]}` has too few values", source, at, f"give {keys[-1] + 1} or more"
-        )
-    if error["type"] == "missing":
-        return Diagnostic(
-            code, "error", f"`{name}` is missing", source, span_of(source, keys[:-1]), f"add `{keys[-1]} = ..`"
-        )
-    message = error["msg"][0].lower() + error["msg"][1:].replace("array", "list").replace("an object", "a table")
-    return Diagnostic(
-        code, "error", f"`{name}`: {message}", source, span_of(source, keys, value=True), _expected(error)
-    )
+    elif error["type"] == "missing":
+        message, help_, at = f"`{name}` is missing", f"add `{last} = ..`", span_of(source, keys[:-1])
+    else:
+        text = error["msg"][0].lower() + error["msg"][1:].replace("array", "list").replace("an object", "a table")
+        message, help_, at = f"`{name}`: {text}", _expected(error), span_of(source, keys, value=True)
+    return Diagnostic(code, "error", message, source, at, help_)
 
 
 def _allowed(schema: type[BaseModel], loc: Keys) -> list[str]:
@@ -283,19 +279,14 @@ def _allowed(schema: type[BaseModel], loc: Keys) -> list[str]:
     Args:
         loc: path of keys, from the whole file.
     """
-    current: Any = schema
+    current: type[BaseModel] | None = schema
     for key in loc:
-        if (
-            isinstance(key, str)
-            and isinstance(current, type)
-            and issubclass(current, BaseModel)
-            and key in current.model_fields
-        ):
+        if isinstance(key, str) and current is not None and key in current.model_fields:
             annotation = current.model_fields[key].annotation
             inside = getattr(annotation, "__args__", ())
             candidates = [annotation, *inside, *(getattr(each, "__origin__", None) for each in inside)]  # Annotated
             current = next((c for c in candidates if isinstance(c, type) and issubclass(c, BaseModel)), None)
-    if not (isinstance(current, type) and issubclass(current, BaseModel)):
+    if current is None:
         return []
     return sorted(field.alias or name for name, field in current.model_fields.items())
 

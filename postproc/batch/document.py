@@ -41,7 +41,9 @@ def batch_document(
         made: what programs were converted with (model, loads, options) as label and text, where a jobs file states no
             others. pages: link to the page of each task by name.
     """
-    tasks, count = sorted(batch.outcomes, key=_rank), batch.counts
+    # Failed tasks first, then by falling remaining deviation.
+    tasks = sorted(batch.outcomes, key=lambda task: (task.status != "failed", -task.figures.get(AFTER, 0.0)))
+    count = batch.counts
     findings = [(task.task.name, finding) for task in tasks for finding in task.findings]
     errors = [_finding_row(name, finding) for name, finding in findings if finding.severity == "error"]
     errors += [_finding_row("", finding) for finding in batch.findings]
@@ -145,11 +147,6 @@ def _every_program(tasks: Sequence[TaskOutcome], pages: Mapping[str, str]) -> Se
     links = (0, [quote(path, safe="/") if path else None for path in paths]) if pages else None
     table = DataTable("programs", COLUMNS, [_row(task) for task in tasks], range(min(MOST_SHOWN, len(tasks))), links)
     return Section("Every program", [table], note)
-
-
-def _rank(outcome: TaskOutcome) -> tuple[bool, float]:
-    """Return a sort key: failed tasks first, then by falling remaining deviation."""
-    return outcome.status != "failed", -outcome.figures.get(AFTER, 0.0)
 
 
 def _row(outcome: TaskOutcome) -> tuple[object, ...]:

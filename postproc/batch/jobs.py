@@ -17,6 +17,7 @@ from postproc.model.arm import Model
 from postproc.rapid.program.read_along import ReadAlong
 from postproc.rapid.program.shared_data import data_elsewhere, lent_values
 from postproc.render.templates import environment
+from postproc.robot.arm import Robot
 from postproc.robot.controller import read_quietly
 from postproc.settings import Settings, made_with, read_arm
 from postproc.tasks.contradictions import contradictions
@@ -32,12 +33,12 @@ class Converter:
     """Settings with all files read, ready to be sent to workers.
 
     Args:
-        model: pickled. robot: library name of its arm. settings: where all of it comes from.
+        model: pickled. robot: its arm. settings: where all of it comes from.
         fingerprint: hash of model, options, templates, effect code and software. side_files: read-only modules.
     """
 
     model: bytes
-    robot: str
+    robot: Robot
     settings: Settings
     fingerprint: str
     side_files: tuple[Source, ...]
@@ -79,16 +80,15 @@ def get_ready(plan: BatchPlan, shard: Shard, out: Path, report: Path | None = No
             out of its folder. What is wrong with an arm that a controller's configuration names fails its tasks only.
     """
     _check_outputs(plan, shard.part, out, report)
-    read: dict[Settings, tuple[Converter, Model]] = {}
+    read: dict[Settings, Converter] = {}
     tasks: list[ReadyTask] = []
     owned = [(task, settings) for task, settings in plan.tasks if shard.owns(task.name)]
     for task, settings in owned:
         try:
             if settings not in read:
                 model = read_arm(settings, task.name, task.unknown or arm_nearby(task.name, task.root / task.name))
-                read[settings] = _read_converter(settings, model), model
-            converter, model = read[settings]
-            tasks.append(ReadyTask(task, converter, contradictions(settings, task, model.robot)))
+                read[settings] = _read_converter(settings, model)
+            tasks.append(ReadyTask(task, read[settings], contradictions(settings, task, read[settings].robot)))
         except PostprocError as error:
             if settings.names_arm and settings.robot_from != CONTROLLER:
                 raise
@@ -143,7 +143,7 @@ def _read_converter(settings: Settings, model: Model) -> Converter:
     pickled = pickle.dumps(model)
     sides = tuple(Source(str(path), _read(path), read_only=True) for path in settings.side_files)
     key = _digest([pickled, words.encode(), *stated, *shipped, *code])
-    return Converter(pickled, model.robot.name, settings, key, sides)
+    return Converter(pickled, model.robot, settings, key, sides)
 
 
 def _version(name: str) -> str:
@@ -154,15 +154,18 @@ def _version(name: str) -> str:
         return ""
 
 
-def read_job(task: Task, converter: Converter, page: bool = False) -> Job:
+def read_job(ready: ReadyTask, page: bool = False) -> Job:
     """Read the files of a task into a job.
 
     Args:
         page: the task gets an HTML page.
 
     Raises:
-        PostprocError: BAT002, one of them cannot be read.
+        PostprocError: the error for which it cannot be converted, or BAT002, one of its files cannot be read.
     """
+    task, converter = ready.task, ready.converter
+    if isinstance(converter, PostprocError):
+        raise converter
     settings, root = converter.settings, task.root
     program = [Source(name, _read(root / name)) for name in task.files]
     lent = [Source(name, _read(root / name), read_only=True) for name in task.shared]

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import PurePosixPath
 
 from postproc.batch.executors import Pool, run_jobs
-from postproc.batch.jobs import Converter, Ready, ReadyTask, read_job
+from postproc.batch.jobs import Converter, Ready, read_job
 from postproc.batch.records import OutputTree, open_tree
-from postproc.batch.values import Batch, BatchPlan, Job, Shard, TaskOutcome, TaskRecord, failed, page_of
+from postproc.batch.values import Batch, BatchPlan, Job, TaskOutcome, TaskRecord, failed, page_of
 from postproc.diagnostics import Diagnostic, Finding, Matter, PostprocError, has_errors
 from postproc.tasks.lists import is_backinfo, with_modules
 from postproc.tasks.nearby import with_file_nearby
@@ -28,12 +29,23 @@ def run_batch(ready: Ready, pool: Pool, tell: Callable[[TaskOutcome], None]) -> 
     outcomes: list[TaskOutcome] = []
 
     def note(record: TaskRecord, cached: bool = False, edited: Sequence[Finding] = ()) -> None:
-        """Tell what became of a task."""
-        outcomes.append(_outcome(tasks[record.name], record, cached, edited))
+        """Tell what became of a task, with findings on the task and its settings; edited outputs were replaced."""
+        one, page = tasks[record.name], page_of(record.name)
+        findings = [diagnostic.finding for diagnostic in (*one.task.findings, *one.findings)]
+        findings += [with_file_nearby(finding, one.task.paths) for finding in record.findings]
+        known = one.converter if isinstance(one.converter, Converter) else None
+        arm = known.settings.document(known.robot.name) if known is not None else {}
+        outcome = TaskOutcome(one.task, record.status, cached, record.figures, (*findings, *edited), arm)
+        outcomes.append(replace(outcome, page=page) if page in record.outputs else outcome)
         tell(outcomes[-1])
 
     with open_tree(ready.out, ready.shard.part) as tree:
-        _leave_to_other_shards(ready.plan, ready.shard, tree)
+        # What other shards of the plan put there stays.
+        for task, _ in ready.plan.tasks:
+            if not ready.shard.owns(task.name):
+                tree.keep(task.name)
+                tree.claimed.update(task.files)
+        tree.claimed.update(path for path in ready.plan.copies if not ready.shard.owns(path))
         for record, files in run_jobs(_jobs(ready, tree, note), pool):
             note(record, edited=tree.add(record, files))
         findings = _copy_files(ready, tree)
@@ -43,68 +55,29 @@ def run_batch(ready: Ready, pool: Pool, tell: Callable[[TaskOutcome], None]) -> 
     return Batch(tuple(outcomes), copied, tuple(findings))
 
 
-def _leave_to_other_shards(plan: BatchPlan, shard: Shard, tree: OutputTree) -> None:
-    """Let the tree keep what other shards of the plan put there."""
-    for task, _ in plan.tasks:
-        if not shard.owns(task.name):
-            tree.keep(task.name)
-            tree.claimed.update(task.files)
-    tree.claimed.update(path for path in plan.copies if not shard.owns(path))
-
-
 def _jobs(ready: Ready, tree: OutputTree, note: Callable[..., None]) -> Iterator[Job]:
     """Yield a job for each task that is not done; note those that are, and those that cannot be read."""
     for one in ready.tasks:
-        job = _read(one, ready.pages)
-        if isinstance(job, TaskRecord):
-            if any(finding.matter is Matter.UNREADABLE for finding in job.findings):
-                tree.keep(job.name)
+        name = one.task.name
+        try:
+            if has_errors(one.task.findings):  # which are printed with the task
+                raise PostprocError(())
+            job = read_job(one, ready.pages)
+        except PostprocError as error:
+            failure = failed(name, "", error.diagnostics)
+            if any(diagnostic.matter is Matter.UNREADABLE for diagnostic in error.diagnostics):
+                tree.keep(name)
             else:
-                tree.add(job, {})
-            note(job)
+                tree.add(failure, {})
+            note(failure)
             continue
-        record = tree.record_of(job.name)
-        if record is not None and _is_done(job, record, tree):
-            tree.keep(job.name)
-            note(record, cached=True)
-        else:
+        record = tree.record_of(name)
+        lacks_page = record is not None and record.status == "compensated" and job.page not in (None, *record.outputs)
+        if record is None or record.key != job.key or lacks_page or not tree.has(record):
             yield job
-
-
-def _is_done(job: Job, record: TaskRecord, tree: OutputTree) -> bool:
-    """Tell whether a record is of this very job, and all its files stand in the tree, its page too."""
-    lacks_page = job.page is not None and record.status == "compensated" and job.page not in record.outputs
-    return record.key == job.key and not lacks_page and tree.has(record)
-
-
-def _read(one: ReadyTask, page: bool) -> Job | TaskRecord:
-    """Return the job of a task, or the record of its failure where the task has errors or cannot be read.
-
-    Args:
-        page: the task gets an HTML page.
-    """
-    if has_errors(one.task.findings):
-        return failed(one.task.name, "", ())
-    try:
-        if isinstance(one.converter, PostprocError):
-            raise one.converter
-        return read_job(one.task, one.converter, page)
-    except PostprocError as error:
-        return failed(one.task.name, "", error.diagnostics)
-
-
-def _outcome(one: ReadyTask, record: TaskRecord, cached: bool, edited: Sequence[Finding]) -> TaskOutcome:
-    """Return what became of a task, with findings on the task and its settings.
-
-    Args:
-        edited: findings on outputs that were replaced.
-    """
-    findings = [diagnostic.finding for diagnostic in (*one.task.findings, *one.findings)]
-    findings += [with_file_nearby(finding, one.task.paths) for finding in record.findings]
-    converter = one.converter
-    arm = converter.settings.document(converter.robot) if isinstance(converter, Converter) else {}
-    page = page_of(record.name) if page_of(record.name) in record.outputs else None
-    return TaskOutcome(one.task, record.status, cached, record.figures, (*findings, *edited), arm, page)
+        else:
+            tree.keep(name)
+            note(record, cached=True)
 
 
 def _copy_files(ready: Ready, tree: OutputTree) -> list[Finding]:

@@ -19,7 +19,6 @@ from postproc.diagnostics import Diagnostic, Matter, PostprocError
 from postproc.process import THREADS, spare_scipy
 
 if TYPE_CHECKING:
-    from postproc.compensation.conversion import Conversion
     from postproc.model.arm import Model
 
 FIGURES = (
@@ -30,8 +29,6 @@ FIGURES = (
     "corrected_weld_statements",
     "rigid_shift",
 )
-COUNTED = ("compensated", "run_time", "unchanged", "skipped")
-"""What becomes of statements."""
 
 
 def prepare_worker() -> None:
@@ -65,15 +62,19 @@ def convert(job: Job) -> tuple[TaskRecord, Mapping[str, bytes]]:
     try:
         model = _model(job.model, threading.get_ident())
         done = correct_program(job.sources, model, job.options, findings=job.findings)
-        page = {} if job.page is None or done.plan is None else {job.page: _page(job, done)}
+        files = dict(done.outputs)
+        if done.module is not None:
+            files[module_place(job.name, tuple(done.outputs), job.options.run_time_module)] = done.module
+        if job.page is not None and done.plan is not None:
+            from postproc.report.page import render_page
+            from postproc.results.conversion import conversion_document
+
+            page = render_page(conversion_document(job.name, done, job.made))
+            files[job.page] = page.encode("utf-8", "replace")
     except PostprocError as error:
         return failed(job.name, job.key, error.diagnostics), {}
     except Exception as error:
         return failed(job.name, "", [_internal(error)]), {}
-    files = dict(done.outputs)
-    if done.module is not None:
-        files[module_place(job.name, tuple(done.outputs), job.options.run_time_module)] = done.module
-    files |= page
     hashes = {path: sha256(data).hexdigest() for path, data in sorted(files.items())}
     # Data or a background task: nothing in it moves the arm, and in a folder that is nothing to be told.
     findings = tuple(d.finding for d in done.diagnostics if d.matter is not Matter.STILL)
@@ -83,16 +84,9 @@ def convert(job: Job) -> tuple[TaskRecord, Mapping[str, bytes]]:
     names = (*MEASURED, *FIGURES) if done.report["measured_statements"] else FIGURES
     figures = {name: done.report[name] for name in names if done.report[name] is not None}
     statuses = [row["status"] for row in done.report["statements"]]
-    figures["statements"] = {status: statuses.count(status) for status in COUNTED}
+    counted = ("compensated", "run_time", "unchanged", "skipped")
+    figures["statements"] = {status: statuses.count(status) for status in counted}
     return replace(record, status="compensated", figures=figures), files
-
-
-def _page(job: Job, done: Conversion) -> bytes:
-    """Return the HTML page of a converted task."""
-    from postproc.report.page import render_page
-    from postproc.results.conversion import conversion_document
-
-    return render_page(conversion_document(job.name, done, job.made)).encode("utf-8", "replace")
 
 
 @lru_cache(maxsize=16)

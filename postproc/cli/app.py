@@ -18,7 +18,6 @@ IMPROVE = Group("Improve the model", sort_key=2)
 LOOK_UP = Group("Look up", sort_key=3)
 FOLDERS = {CONVERT: "convert", IMPROVE: "improve", LOOK_UP: "look_up"}
 
-ACTIONS = Group("Commands")
 EXIT_CODES = (
     "Exit codes: 0 done; 1 findings, would change or not safe to compensate; 2 bad usage or bad input; "
     "70 internal error. With `--verbose` every finding is printed, else those that are alike are counted."
@@ -39,35 +38,21 @@ COMMANDS = (
     ("explain", LOOK_UP, "Explain a diagnostic by its code, RAP012."),
     ("schema", LOOK_UP, "Print the JSON Schema of a kind of file, for editors."),
 )
-SUBCOMMANDS = (
-    (
-        "runtime",
-        CONVERT,
-        "A module that corrects targets on the controller.",
-        {
-            "write": "Write a module with a function that corrects targets that exist only at run time.",
-            "check": "Run a written module and compare it with the exact correction of a model.",
-        },
-    ),
-    (
-        "effects",
-        LOOK_UP,
-        "The library of physical effects, and your own.",
-        {
-            "list_": "List the effects by key.",
-            "show": "Show an effect: equation, source, parameters, what it is confused with.",
-            "check": "Check the effects of a Python file; its code is run.",
-        },
-    ),
-    (
-        "robots",
-        LOOK_UP,
-        "The arms in the library.",
-        {"list_": "List the arms.", "show": "Show an arm's numbers, each with its source."},
-    ),
+GROUPED = (
+    ("runtime", CONVERT, "A module that corrects targets on the controller."),
+    ("effects", LOOK_UP, "The library of physical effects, and your own."),
+    ("robots", LOOK_UP, "The arms in the library."),
 )
-
-
+ACTIONS = (
+    ("runtime", "write", "Write a module with a function that corrects targets that exist only at run time."),
+    ("runtime", "check", "Run a written module and compare it with the exact correction of a model."),
+    ("effects", "list", "List the effects by key."),
+    ("effects", "show", "Show an effect: equation, source, parameters, what it is confused with."),
+    ("effects", "check", "Check the effects of a Python file; its code is run."),
+    ("robots", "list", "List the arms."),
+    ("robots", "show", "Show an arm's numbers, each with its source."),
+)
+"""Commands that consist of actions, and these."""
 EXAMPLES = {
     "compensate": "compensate hull_seam.mod --robot irb4600_60_205 -o out/hull_seam.mod",
     "inspect": "inspect hull_seam.mod --robot irb4600_60_205",
@@ -117,12 +102,14 @@ def build() -> App:
     for name, group, text in COMMANDS:
         place, epilogue = f"postproc.cli.{FOLDERS[group]}.{name}", _epilogue(name)
         app.command(f"{place}:run", name=name, group=group, help=text, help_epilogue=epilogue)
-    for name, group, text, actions in SUBCOMMANDS:
-        epilogue = _epilogue(f"{name} {next(iter(actions)).rstrip('_')}")
-        part = App(name=name, help=text, group=group, group_commands=ACTIONS, help_epilogue=epilogue)
-        for action, action_text in actions.items():
-            called, place = action.rstrip("_"), f"postproc.cli.{FOLDERS[group]}.{name}:{action}"
-            part.command(place, name=called, help=action_text, help_epilogue=_epilogue(f"{name} {called}"))
+    inner = Group("Commands")
+    for name, group, text in GROUPED:
+        actions = [(action, action_text) for owner, action, action_text in ACTIONS if owner == name]
+        epilogue = _epilogue(f"{name} {actions[0][0]}")
+        part = App(name=name, help=text, group=group, group_commands=inner, help_epilogue=epilogue)
+        for action, action_text in actions:
+            place = f"postproc.cli.{FOLDERS[group]}.{name}:{'list_' if action == 'list' else action}"
+            part.command(place, name=action, help=action_text, help_epilogue=_epilogue(f"{name} {action}"))
         app.command(part)
     app.register_install_completion_command(group=LOOK_UP, help="Let the shell complete commands and options.")
     return app

@@ -25,7 +25,6 @@ from postproc.cli.run import BAD_INPUT, guarded, run
 from postproc.diagnostics import PostprocError
 from postproc.rapid.program.program import ENDINGS
 
-OWN_OPTIONS = ("--programs", "--approved", "--sarif")
 CHECKED = frozenset({".mod", ".prg", ".modx"})
 """Endings of programs, which are looked for in a folder; system modules are lent to them."""
 
@@ -35,22 +34,31 @@ def main(arguments: Sequence[str]) -> int:
     if not arguments or arguments[0] not in ("check", "diff", "read"):
         say((__doc__ or "").strip())
         return BAD_INPUT
-    return guarded(lambda: _every(arguments[0], *_own_options(arguments[1:])), ())
+    parser = ArgumentParser(add_help=False, allow_abbrev=False, argument_default=SUPPRESS)
+    for option in ("--programs", "--approved", "--sarif"):
+        parser.add_argument(option, dest=option, type=Path, nargs="?")
+
+    def work() -> int:
+        """Split this script's options from all others, and run the command."""
+        values, words = parser.parse_known_args(arguments[1:])
+        return _every(arguments[0], {option: path for option, path in vars(values).items() if path is not None}, words)
+
+    return guarded(work, ())
 
 
-def _every(name: str, own: dict[str, Path], rest: list[str]) -> int:
+def _every(name: str, folders: dict[str, Path], words: list[str]) -> int:
     """Run a command for each program, write the joint SARIF log if asked for, and return the largest exit code.
 
     Args:
-        name: ``check``, ``diff`` or ``read``. own: the options of this script, by name.
-        rest: options of the command, then programs; without these, all of the folder.
+        name: ``check``, ``diff`` or ``read``. folders: the options of this script, by name.
+        words: options of the command, then programs; without these, all of the folder.
     """
-    first = next((i for i in range(len(rest)) if _all_programs(rest[i:])), len(rest))
-    options, programs = rest[:first], [Path(word) for word in rest[first:]]
-    programs = programs or _in_folder(own)
-    commands = [_command(name, program, own) for program in programs]
-    log = own.get("--sarif") if name != "diff" else None
-    check_outputs([*programs, *_below(own.get("--programs")), *_below(own.get("--approved"))], log)
+    first = max((i + 1 for i, word in enumerate(words) if Path(word).suffix.lower() not in ENDINGS), default=0)
+    options, programs = words[:first], [Path(word) for word in words[first:]]
+    programs = programs or _in_folder(folders)
+    commands = [_command(name, program, folders) for program in programs]
+    log = folders.get("--sarif") if name != "diff" else None
+    check_outputs([*programs, *_below(folders.get("--programs")), *_below(folders.get("--approved"))], log)
     logs: list[dict[str, Any]] = []
     code = 0
     for command in commands:
@@ -67,43 +75,25 @@ def _every(name: str, own: dict[str, Path], rest: list[str]) -> int:
     return code
 
 
-def _own_options(words: Sequence[str]) -> tuple[dict[str, Path], list[str]]:
-    """Split the words of a command line into this script's options, by name, and all others."""
-    parser = ArgumentParser(add_help=False, allow_abbrev=False, argument_default=SUPPRESS)
-    for option in OWN_OPTIONS:
-        parser.add_argument(option, dest=option, type=Path, nargs="?")
-    own, rest = parser.parse_known_args(words)
-    return {option: path for option, path in vars(own).items() if path is not None}, rest
-
-
-def _all_programs(words: Sequence[str]) -> bool:
-    """Tell whether all words end like RAPID modules."""
-    return all(Path(word).suffix.lower() in ENDINGS for word in words)
-
-
-def _in_folder(own: dict[str, Path]) -> list[Path]:
+def _in_folder(folders: dict[str, Path]) -> list[Path]:
     """Return all programs of the folder ``--programs``.
 
     Args:
-        own: the options of this script, by name.
+        folders: the options of this script, by name.
 
     Raises:
         PostprocError: CLI016, there is none, or an approved output has no program any more.
     """
-    folder, approved = own.get("--programs"), own.get("--approved")
-    found = _below(folder)
-    if folder is None or not found:
+    folder, approved = folders.get("--programs"), folders.get("--approved")
+    programs = _below(folder)
+    if folder is None or not programs:
         where = "no program is named" if folder is None else f"there is no program in `{folder}`"
         raise PostprocError.of("CLI016", f"nothing is checked: {where}", help="name programs, or their folder")
-    there = {path.relative_to(folder) for path in found}
-    gone = [] if approved is None else [path for path in _below(approved) if path.relative_to(approved) not in there]
-    if gone:
-        text, help_ = (
-            f"the program of `{gone[0]}` is not in `{folder}`",
-            "take the approved output out with its program",
-        )
-        raise PostprocError.of("CLI016", text, help=help_)
-    return found
+    names = {path.relative_to(folder) for path in programs}
+    if gone := [path for path in _below(approved) if approved and path.relative_to(approved) not in names]:
+        text = f"the program of `{gone[0]}` is not in `{folder}`"
+        raise PostprocError.of("CLI016", text, help="take the approved output out with its program")
+    return programs
 
 
 def _below(folder: Path | None) -> list[Path]:
@@ -112,19 +102,19 @@ def _below(folder: Path | None) -> list[Path]:
     return sorted(path for path in every if path.suffix.lower() in CHECKED and path.is_file())
 
 
-def _command(name: str, program: Path, own: dict[str, Path]) -> list[str]:
+def _command(name: str, program: Path, folders: dict[str, Path]) -> list[str]:
     """Return the words of the postproc command for one program, with its approved output if there is a folder of these.
 
     Args:
-        name: ``check``, ``diff`` or ``read``. own: the options of this script, by name.
+        name: ``check``, ``diff`` or ``read``. folders: the options of this script, by name.
     """
-    inside, folder = Path(program.name), own.get("--programs")
+    inside, folder = Path(program.name), folders.get("--programs")
     if folder is not None:
         if not program.absolute().is_relative_to(folder.absolute()):
             text = f"`{program}` is not in the folder `{folder}`"
             raise PostprocError.of("CLI016", text, help="name the folder that all programs stand in")
         inside = program.absolute().relative_to(folder.absolute())
-    approved = [str(own["--approved"] / inside)] if "--approved" in own else []
+    approved = [str(folders["--approved"] / inside)] if "--approved" in folders else []
     if name == "check":
         return ["compensate", str(program), "--check", *(["-o", *approved] if approved else [])]
     return ["diff", *approved, str(program)] if name == "diff" else ["inspect", str(program)]

@@ -24,7 +24,14 @@ def read_source(name: str, read_only: bool = False) -> Source:
     Raises:
         PostprocError: no such file (CLI002), a folder (CLI003), not readable (CLI004), empty (CLI005).
     """
-    source = _stdin(read_only) if name == STDIN else files.read_source(name, read_only=read_only)
+    if name == STDIN:
+        data = sys.stdin.buffer.read(files.LARGEST_FILE_BYTES + 1)
+        if len(data) > files.LARGEST_FILE_BYTES:
+            text = f"stdin holds more than {files.LARGEST_FILE_BYTES // 1_000_000} MB, the most that is read"
+            raise PostprocError.of("CLI004", text, help="give less")
+        source = Source(STDIN, data, read_only)
+    else:
+        source = files.read_source(name, read_only=read_only)
     if not source.data.strip():
         raise PostprocError.of("CLI005", f"`{source.path}` is empty", help="name the file that was meant")
     return source
@@ -48,12 +55,9 @@ def load_model(path: Path, effects: Sequence[Path] = (), cell: Path | None = Non
 
     library, kind = effect_library(effects), path.suffix.lower()
     if kind == ".csv" or kind in ENDINGS:
-        help_ = (
-            "the model comes first, then the table"
-            if kind == ".csv"
-            else "name the TOML file that `postproc fit` wrote"
-        )
-        what = "table" if kind == ".csv" else "program"
+        what, help_ = "program", "name the TOML file that `postproc fit` wrote"
+        if kind == ".csv":
+            what, help_ = "table", "the model comes first, then the table"
         raise PostprocError.of("CLI012", f"`{path}` is a {what}, not a model", help=help_)
     model = parse_model(read_source(str(path)), library)
     return model if cell is None else model.at_station(restated(read_station(cell)))
@@ -73,12 +77,3 @@ def assumed(robot: str, effects: Iterable[str], sigma: float | None, weighed: bo
 def short_names(*compared: str | Path) -> str:
     """Return the names of files without their folders, joined by blanks, for a title."""
     return " ".join(Path(file).name for file in compared)
-
-
-def _stdin(read_only: bool) -> Source:
-    """Read stdin; CLI004 where it is larger than 64 MB."""
-    data = sys.stdin.buffer.read(files.LARGEST_FILE_BYTES + 1)
-    if len(data) > files.LARGEST_FILE_BYTES:
-        text = f"stdin holds more than {files.LARGEST_FILE_BYTES // 1_000_000} MB, the most that is read"
-        raise PostprocError.of("CLI004", text, help="give less")
-    return Source(STDIN, data, read_only)

@@ -27,7 +27,7 @@ def check_outputs(inputs: Iterable[str | Path | None], *outputs: Path | None) ->
         PostprocError: as `check_writes`.
     """
     named = [Path(name) for name in inputs if name is not None]
-    check_writes([*named, *(found for path in named if (found := _arm_file(path)) is not None)], *outputs)
+    check_writes([*named, *map(_arm_file, named)], *outputs)
 
 
 def _arm_file(model: Path) -> Path | None:

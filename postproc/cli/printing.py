@@ -8,7 +8,6 @@ import shlex
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from contextvars import ContextVar
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -42,18 +41,18 @@ def show(diagnostics: Iterable[Diagnostic]) -> None:
     width = width_of(sys.stderr)
     colored = sys.stderr.isatty() and not os.environ.get("NO_COLOR")
     for (code, severity, _), group in groups.items():
-        found = list(group.values())
-        most = len(found) if VERBOSE.get() else MOST_SHOWN[severity]
-        for d in found[:most]:
+        findings = list(group.values())
+        most = len(findings) if VERBOSE.get() else MOST_SHOWN[severity]
+        for d in findings[:most]:
             text = d.render(width)  # which is fit for a terminal
             print_aside(_colored(text, d) if colored else text)
-        if len(found) > most:
-            say(f"{code}: {len(found) - most} more like this{_lines(found[most:])}; `--verbose` shows them")
+        if len(findings) > most:
+            say(f"{code}: {len(findings) - most} more like this{_lines(findings[most:])}; `--verbose` shows them")
 
 
-def _lines(found: Sequence[Diagnostic]) -> str:
+def _lines(findings: Sequence[Diagnostic]) -> str:
     """Return a clause with the line numbers of findings, if they are all in one file; else an empty text."""
-    places = [(d.source.path, d.source.position(d.span[0])[0]) for d in found if d.source and d.span]
+    places = [(d.source.path, d.source.position(d.span[0])[0]) for d in findings if d.source and d.span]
     if not places or len({path for path, _ in places}) > 1:
         return ""
     lines = list(dict.fromkeys(line for _, line in places))
@@ -110,9 +109,9 @@ def say_next(what: str, *words: object, lead: str = "next") -> None:
         what: what it does, as a clause that follows the command. words: of the command after ``postproc``.
         lead: the word before it.
     """
-    told = ["-" if str(word) == STDIN else str(word) for word in words]
+    shown = ["-" if str(word) == STDIN else str(word) for word in words]
     # Not wrapped: what a terminal breaks by itself is copied whole.
-    print_aside(visible(f"{lead}: `postproc {shlex.join(told)}` {what}"))
+    print_aside(visible(f"{lead}: `postproc {shlex.join(shown)}` {what}"))
 
 
 def print_document(document: Mapping[str, Any], form: str = "json", root: Path = Path()) -> None:
@@ -125,15 +124,8 @@ def print_document(document: Mapping[str, Any], form: str = "json", root: Path =
     if form == "sarif":
         from postproc.report.sarif import findings_in, sarif
 
-        found = findings_in(document)
-        document = sarif([f if f["path"] is None else {**f, "path": str(root / f["path"])} for f in found])
+        findings = findings_in(document)
+        document = sarif([f if f["path"] is None else {**f, "path": str(root / f["path"])} for f in findings])
     else:
         document = {"schema": document["schema"], "tool": __version__, **document}
     print(to_json(document))
-
-
-def asked_form(arguments: Sequence[str]) -> str | None:
-    """Return the form of document that a command line asks for, ``json`` or ``sarif``; None for text."""
-    words = [word for argument in arguments for word in argument.split("=")]
-    stated = next((form for option, form in pairwise(words) if option == "--format"), None)
-    return "json" if "--json" in words else stated

@@ -45,9 +45,9 @@ class _Work:
                 return visible(", ".join(parts))
             if self.lines:
                 parts.append(f"{self.share * self.lines / done:,.0f} lines/s")
-            left = done * (1 - self.share) / self.share - (now - self.told)
-            if left >= 1:  # a step that takes longer than its share foretold has no end that is known
-                parts.append(f"about {left:.0f} s remain")
+            remaining = done * (1 - self.share) / self.share - (now - self.told)
+            if remaining >= 1:  # a step that takes longer than its share foretold has no end that is known
+                parts.append(f"about {remaining:.0f} s remain")
         return visible(", ".join(parts))
 
 

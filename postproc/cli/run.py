@@ -9,9 +9,10 @@ import sys
 import tempfile
 import traceback
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from postproc.cli.printing import STDIN, VERBOSE, asked_form, print_document, say, show
+from postproc.cli.printing import STDIN, VERBOSE, print_document, say, show
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.files import SPACE
 
@@ -40,14 +41,9 @@ def run(app: App, arguments: Sequence[str]) -> int:
     words = [word for word in arguments if word != EVERYTHING]
     before = VERBOSE.set(len(words) < len(arguments))
     try:
-        return _run(app, words)
+        return guarded(lambda: _call(app, words), words)
     finally:
         VERBOSE.reset(before)
-
-
-def _run(app: App, arguments: Sequence[str]) -> int:
-    """Run one command and return its exit code."""
-    return guarded(lambda: _call(app, arguments), arguments)
 
 
 def guarded(work: Callable[[], object], arguments: Sequence[str]) -> int:
@@ -104,7 +100,7 @@ def _call(app: App, arguments: Sequence[str]) -> object:
             text = "nothing takes " + ", ".join(f"`{token}`" for token in error.unused_tokens or ())
         command = arguments[0] if arguments and arguments[0] in app else "COMMAND"
         usage = f"`postproc {command} --help` lists what is allowed"
-        help_ = next((said for mistake, said in USAGE_MISTAKES.items() if re.search(mistake, text)), "")
+        help_ = next((cure for mistake, cure in USAGE_MISTAKES.items() if re.search(mistake, text)), "")
         text = text.partition(" Did you mean")[0] if help_ else text
         raise PostprocError.of("CLI001", text, help=help_ or usage) from None
 
@@ -123,7 +119,9 @@ def internal_error(error: Exception) -> int:
 def _fail(arguments: Sequence[str], error: PostprocError) -> int:
     """Print an error's findings, also as a document where one is asked for, and return its exit code."""
     show(error.diagnostics)
-    if (form := asked_form(arguments)) is not None:
+    words = [word for argument in arguments for word in argument.split("=")]
+    stated = next((form for option, form in pairwise(words) if option == "--format"), None)
+    if (form := "json" if "--json" in words else stated) is not None:
         document = {"schema": "postproc/error/1", "diagnostics": [d.as_json() for d in error.diagnostics]}
         print_document(document, form)
     return error.exit_code

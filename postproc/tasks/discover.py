@@ -46,7 +46,9 @@ def discover(root: Path, output: Path | None = None, below: Path = Path()) -> tu
     copies, loose = [], []
     for name in names:
         home = _task_folder(name)
-        if any(_is_in(name, backup, "home") for backup in backups) or (home is not None and not _is_module(name)):
+        if any(_is_in(name, backup, "home") for backup in backups) or (
+            home is not None and _suffix(name) not in ENDINGS
+        ):
             copies.append(name)
         elif home is None:
             loose.append(name)
@@ -59,8 +61,12 @@ def discover(root: Path, output: Path | None = None, below: Path = Path()) -> tu
         if _is_shared(home) or not _moves(task):
             copies += task.files
         else:
-            finding = [_not_loaded(unloaded[home])] if home in unloaded else []
-            moving.append(replace(task, findings=(*task.findings, *finding)))
+            if missing := unloaded.get(home):
+                text = "only copied, since `BACKINFO/backinfo.txt` does not list it and no controller loads it: "
+                text += f"`{missing[0]}`" + (f" and {len(missing) - 1} more" if len(missing) > 1 else "")
+                finding = Diagnostic("BAT022", "warning", text, help="add to that list what belongs to the program")
+                task = replace(task, findings=(*task.findings, finding))
+            moving.append(task)
     single, others = _read_programs(root, loose)
     return sorted([*moving, *single], key=lambda task: task.name), sorted([*copies, *others])
 
@@ -78,7 +84,7 @@ def task_around(module: Path) -> Task:
             groups: dict[str, list[str]] = {home: []}
             rapid = PurePosixPath(home).parts[0]
             for name in (f"{rapid}/{file}" for file in files_below(folder / rapid)):
-                if _is_module(name) and (other := _task_folder(name)) is not None:
+                if _suffix(name) in ENDINGS and (other := _task_folder(name)) is not None:
                     groups.setdefault(other, []).append(name)
             return _read_tasks(folder, groups, ["."])[0][home]
     return Task(module.name, ())
@@ -167,13 +173,6 @@ def _read_tasks(
     return tasks, unloaded
 
 
-def _not_loaded(names: list[str]) -> Diagnostic:
-    """Return BAT022 about the modules of a task that its controller does not load."""
-    text = "only copied, since `BACKINFO/backinfo.txt` does not list it and no controller loads it: "
-    text += f"`{names[0]}`" + (f" and {len(names) - 1} more" if len(names) > 1 else "")
-    return Diagnostic("BAT022", "warning", text, help="add to that list what belongs to the program")
-
-
 def _read_programs(root: Path, names: Iterable[str]) -> tuple[list[Task], list[str]]:
     """Return the tasks of program folders (``.pgf``) and of single modules, and the files that are neither.
 
@@ -204,8 +203,8 @@ def _read_programs(root: Path, names: Iterable[str]) -> tuple[list[Task], list[s
         program.update(dict.fromkeys(members, listing))
         if members or findings:
             tasks.append(Task(listing, tuple(members), root, findings=tuple(findings)))
-    tasks += [Task(name, (name,), root) for name in names if _is_module(name) and name not in program]
-    return tasks, [name for name in names if not _is_module(name)]
+    tasks += [Task(name, (name,), root) for name in names if _suffix(name) in ENDINGS and name not in program]
+    return tasks, [name for name in names if _suffix(name) not in ENDINGS]
 
 
 def _moves(task: Task) -> bool:
@@ -266,11 +265,6 @@ def _task_folder(name: str) -> str | None:
 def _is_shared(home: str) -> bool:
     """Tell whether a task's folder holds the modules that every task shares."""
     return PurePosixPath(home).name.lower() == SHARED_TASK
-
-
-def _is_module(name: str) -> bool:
-    """Tell whether a path has the ending of a RAPID module."""
-    return _suffix(name) in ENDINGS
 
 
 def _suffix(name: str) -> str:

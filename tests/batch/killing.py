@@ -59,13 +59,6 @@ def kill_when(
     return left
 
 
-def finish(run: subprocess.Popen[bytes]) -> str:
-    """Let a run finish; what it said."""
-    _, said = run.communicate(timeout=600)
-    assert run.returncode == 0, said.decode()[-2000:]
-    return said.decode()
-
-
 def gone(pids: list[int], limit: float = 30.0) -> bool:
     """Whether processes end by themselves."""
     end = time.monotonic() + limit

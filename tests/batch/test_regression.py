@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import re
 import subprocess
 import sys
 import tomllib
 from pathlib import Path
 
 import pytest
-
-from postproc.diagnostics import PostprocError
-from postproc.testing import assert_same_program, programs
 
 from .folders import program, write
 
@@ -38,27 +34,6 @@ def suite(pytester: pytest.Pytester) -> pytest.Pytester:
 
 def run(suite: pytest.Pytester, *options: str) -> pytest.RunResult:
     return suite.runpytest("-p", "postproc.testing", "-p", "no:cacheprovider", *options)
-
-
-def test_what_moved_is_named_and_measured(tmp_path: Path) -> None:
-    text = program("Seam")
-    folder = write(
-        tmp_path, {"approved/a.mod": text, "out/a.mod": text.replace("1210,180,", "1210,180.25,"), "x": "text"}
-    )
-    assert text != (folder / "out/a.mod").read_text()
-    assert programs(folder) == ["approved/a.mod", "out/a.mod"]
-    assert_same_program(folder / "approved/a.mod", folder / "out/a.mod", tolerance_mm=0.3)
-    with pytest.raises(AssertionError) as caught:
-        assert_same_program(folder / "approved/a.mod", folder / "out/a.mod", tolerance_mm=0.2)
-    assert re.search(r"changed +Seam\.rSeam +7 +7 +MoveL .* 0\.2500 ", str(caught.value))
-
-
-def test_what_is_no_program_or_not_there(tmp_path: Path) -> None:
-    write(tmp_path, {"a.mod": program("Seam"), "b.mod": "text"})
-    with pytest.raises(PostprocError):
-        assert_same_program(tmp_path / "a.mod", tmp_path / "b.mod")
-    with pytest.raises(AssertionError, match="is not there"):
-        assert_same_program(tmp_path / "a.mod", tmp_path / "c.mod")
 
 
 def test_the_fixture_says_what_moved_by_how_much_and_where(suite: pytest.Pytester) -> None:

@@ -18,7 +18,6 @@ from postproc import __version__
 from postproc.cli.app import build
 from postproc.cli.convert.finish import finish, unified_diff
 from postproc.cli.inputs import read_source
-from postproc.cli.options import parse_channel
 from postproc.cli.output import check_outputs, write
 from postproc.cli.printing import print_document, say_next, show
 from postproc.cli.run import run
@@ -48,17 +47,6 @@ def test_internal_error_leaves_a_trace_in_a_file(
     (trace,) = tmp_path.iterdir()
     assert str(trace) in captured.err
     assert "raise KeyError" in trace.read_text()
-
-
-def test_findings_carry_their_exit_code(capsys: pytest.CaptureFixture[str]) -> None:
-    app = App(print_error=False, exit_on_error=False, result_action="return_value")
-
-    @app.default
-    def unsafe() -> None:
-        raise PostprocError(Diagnostic("KIN001", "error", "out of reach"), exit_code=1)
-
-    assert run(app, []) == 1
-    assert capsys.readouterr().err == "error[KIN001]: out of reach\n"
 
 
 def test_a_closed_pipe_is_not_an_error() -> None:
@@ -142,15 +130,10 @@ def test_streams_may_be_closed(samples: Path, tmp_path: Path) -> None:
     assert (tmp_path / "x.mod").exists()
 
 
-def test_channels_are_names_with_numbers() -> None:
-    assert parse_channel("temperature= -3.5") == ("temperature", -3.5)
-    assert parse_channel("shift=night=1") == ("shift=night", 1.0)
+def test_what_nobody_knows_of_the_accuracy_is_said() -> None:
     assert unknown_accuracy().startswith("the model was not fitted")
     left_out = Diagnostic("CMP016", "warning", "`rail_sag` reads `rail_m`", matter=Matter.NOT_WHOLE)
     assert unknown_accuracy([left_out]).startswith("not all of the model holds here")
-    for wrong in ("temperature", "=3", "t=warm", "t=nan"):
-        with pytest.raises(PostprocError, match="CLI006"):
-            parse_channel(wrong)
 
 
 def test_a_pipe_stays_a_pipe(tmp_path: Path) -> None:

@@ -15,20 +15,6 @@ from .conftest import Call
 FORCE = ("--force", "200,-200,-200", "--inertia", "off")
 
 
-def test_a_wider_tolerance_needs_fewer_targets(call: Call, samples: Path) -> None:
-    documents = [
-        json.loads(
-            call(
-                "compensate", samples / "corner_arc.mod", "--tolerance", mm, "--air-tolerance", mm, "--check", "--json"
-            ).out
-        )
-        for mm in ("0.01", "0.2")
-    ]
-    assert [d["tolerance_mm"] for d in documents] == [0.01, 0.2]
-    assert documents[0]["added_targets"] > documents[1]["added_targets"]
-    assert documents[1]["max_error_after_mm"] <= 0.2
-
-
 def test_a_seam_from_file_to_file(call: Call, samples: Path, tmp_path: Path) -> None:
     program, target, page = samples / "hull_seam.mod", tmp_path / "hull.mod", tmp_path / "hull.html"
     before = program.read_bytes()

@@ -7,11 +7,11 @@ import shlex
 import pytest
 from cyclopts import App
 
-from postproc.cli.app import EXAMPLES, SUBCOMMANDS, build
+from postproc.cli.app import EXAMPLES, GROUPED, build
 
 from .conftest import Call
 
-GROUPS = {name for name, *_ in SUBCOMMANDS}
+GROUPS = {name for name, *_ in GROUPED}
 
 
 def leaves(app: App, before: tuple[str, ...] = ()) -> list[str]:

@@ -13,7 +13,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from postproc.cli.improve.asked import ArmOptions, MeasuredOptions
+from postproc.cli.improve.model_options import ArmOptions, MeasuredOptions
 from postproc.report.blocks import Document
 from tests.independent import library_effects as hidden
 from tests.independent.hidden_effects import Plan, make_set
@@ -85,13 +85,6 @@ def test_the_error_falls_when_the_missing_effect_is_added(call: Call, cell: Path
     true_names, truth = positions(cell / "validate_true.csv")
     assert names == true_names
     assert np.sqrt(np.mean((places - truth) ** 2)) < 0.6 * NOISE_MM
-
-
-def test_nothing_is_missing_in_the_better_model(call: Call, cell: Path, tmp_path: Path) -> None:
-    model = tmp_path / "whole.toml"
-    data = cell / "fit.csv"
-    assert call("fit", data, "--robot", "irb4600_60_205", "--effects", f"{BASE},backlash", "-o", model).code == 0
-    assert call("diagnose", model, data).out.startswith("Nothing is missing")
 
 
 OWN = '''

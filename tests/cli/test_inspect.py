@@ -62,9 +62,3 @@ def test_the_posture_and_what_is_nearest(call: Call, samples: Path) -> None:
     text = call("inspect", samples / "hull_seam.mod").out.splitlines()[-4:]
     assert text[0] == "start: joints 0.0, -25.0, 25.0, 0.0, 65.0, 0.0 deg, confdata [0,0,0,0]; line 35, MoveAbsJ"
     assert [line.split(":")[0] for line in text[1:]] == [f"nearest to a {near['to']}" for near in document["nearest"]]
-
-
-def test_what_only_the_controller_could_correct_is_counted(call: Call) -> None:
-    worlds = Path(__file__).resolve().parent.parent / "worlds" / "programs"
-    outcome = call("inspect", worlds / "socket_fed.mod", "--robot", "irb4600_60_205")
-    assert "info[RUN007]: 3 motion statements could be corrected on the controller" in outcome.err

@@ -44,20 +44,3 @@ def test_a_track_that_stands_askew(call: Call, measured: X.Measured, tmp_path: P
     before, _, after = better.read_text().partition("[[external_axes]]")
     better.write_text(before + after[after.index("\n[") + 1 :])  # a model that does not know its cell
     assert json.loads(call("compare", better, table, "--cell", cell, "--json").out) == told
-
-
-def test_a_cell_and_a_mounting_both_say_how_the_base_stands(call: Call, measured: X.Measured, tmp_path: Path) -> None:
-    (tmp_path / "t.csv").write_text(measured.fit_csv)
-    (tmp_path / "cell.toml").write_text(measured.station.text)
-    words = (
-        "fit",
-        tmp_path / "t.csv",
-        "--robot",
-        "irb4600_60_205",
-        "--mounting",
-        "180,0,0",
-        "--cell",
-        tmp_path / "cell.toml",
-    )
-    result = call(*words)
-    assert result.code == 2 and "`--cell` and `--mounting` both say how the base stands" in result.err

@@ -171,16 +171,6 @@ def test_the_module_stands_beside_the_output(tmp_path: Path, call: Call) -> None
     assert checked.code == 0
 
 
-def test_settings_of_a_folder_say_it_too(tmp_path: Path, call: Call) -> None:
-    (tmp_path / "line.mod").write_text(TEXT)
-    (tmp_path / "postproc.toml").write_text(
-        'robot = "irb4600_60_205"\nrun_time = "all"\nrun_time_module = "ppCell.sys"\n'
-    )
-    document = json.loads(call("compensate", tmp_path / "line.mod", "-o", tmp_path / "o.mod", "--json").out)
-    assert (document["run_time"]["mode"], document["run_time"]["module"]) == ("all", "ppCell")
-    assert (tmp_path / "ppCell.sys").is_file()
-
-
 def test_nothing_is_written_where_not_all_can_be(
     tmp_path: Path,
     call: Call,

@@ -73,53 +73,6 @@ def test_an_error_that_leaves_the_function_is_found(module: Path, folder: Path, 
 
 
 @pytest.mark.parametrize(
-    ("options", "code", "words"),
-    [
-        (("--region", "1:2,3:4"), "CLI006", "is not six ranges"),
-        (("--region", "a:2,0:1,0:1,0:1,0:1,0:1"), "CLI006", "is not 2 numbers"),
-        (("--load", "1,2"), "CLI006", "is not 4 numbers"),
-        (("--tcp", "x"), "CLI006", "is not three numbers"),
-    ],
-)
-def test_options_that_cannot_be_read(
-    call: Call, tmp_path: Path, options: tuple[str, str], code: str, words: str
-) -> None:
-    result = call("runtime", "write", "-o", tmp_path / "m.sys", *options)
-    assert result.code == 2
-    assert code in result.err
-    assert words in result.err
-    assert not (tmp_path / "m.sys").exists()
-
-
-def test_the_name_of_the_file_is_that_of_the_module(call: Call, tmp_path: Path) -> None:
-    result = call("runtime", "write", "-o", tmp_path / "my module.sys")
-    assert result.code == 2
-    assert "error[RUN001]: `my module` is no name of a module" in result.err
-
-
-def test_a_region_of_singular_poses_gives_no_module(call: Call, tmp_path: Path) -> None:
-    for wrist in ("0:0.001", "200:300"):
-        region = f"0:10,0:10,0:10,0:10,{wrist},0:10"
-        result = call("runtime", "write", "-o", tmp_path / "m.sys", "--region", region)
-        assert result.code == 1
-        assert "error[RUN006]: the region holds nothing but singular poses" in result.err
-    assert not (tmp_path / "m.sys").exists()
-
-
-def test_a_bound_below_all_corrections_gives_no_module(call: Call, tmp_path: Path) -> None:
-    result = call("runtime", "write", "-o", tmp_path / "m.sys", "--bound", "0.000001")
-    assert result.code == 1
-    assert "error[RUN006]: the module corrects no target of the region" in result.err
-    assert not (tmp_path / "m.sys").exists()
-
-
-def test_another_module_is_refused(call: Call, samples: Path) -> None:
-    result = call("runtime", "check", samples / "hull_seam.mod")
-    assert result.code == 2
-    assert "error[RUN002]" in result.err
-
-
-@pytest.mark.parametrize(
     ("statement", "words"),
     [
         ("WaitTime 1;", "`waittime` is not calculated here"),

@@ -8,7 +8,6 @@ import pytest
 
 from postproc.cli.app import build
 from postproc.cli.program_options import TaskOptions
-from postproc.diagnostics import PostprocError
 from postproc.settings import USER_OPTIONS, Settings, read_arm
 from postproc.settings_files import settings_at
 from tests.batch.test_tree import SYS, backup
@@ -38,7 +37,7 @@ STATED: dict[str, tuple[str, object, str, object]] = {
     "taught": ('constant = ["n"]', ("n",), "--taught k,l --constant m,k", ("k", "l", "m")),
     "wobj_taught": ('wobj_taught = "all"', ("all",), "--wobj-taught wA,wB --wobj-taught wC", ("wA", "wB", "wC")),
     "already": ('already = ["gravity"]', ("gravity",), "--already geometry,gravity", ("geometry", "gravity")),
-    "channels": ("channel = { b = 30 }", (("b", 30),), "--channel b=1 --channel c=2", (("b", 1), ("c", 2))),
+    "channels": ("channel = { b = 30 }", (("b", 30),), "--channel b=c=1 --channel d=-2", (("b=c", 1), ("d", -2))),
     "entry": ("", None, "", None),
     "cell": ('cell = "c.toml"', "{at}/c.toml", "--cell d.toml", Path("d.toml")),
     "free_axes": ('free_axes = "b"', "b", "--free-axes CB", "cb"),
@@ -91,24 +90,6 @@ def test_a_program_in_a_backup_is_for_the_arm_of_its_task(call_as_written: Call,
     assert lost.code == 2 and "error[KIN011]" in lost.err
     backup(tmp_path / "in", base="-base_frame_coordinated TRACK1")
     assert "error[BAT013]" in call_as_written(*words).err
-
-
-def test_an_arm_that_is_not_understood_is_named(call_as_written: Call, tmp_path: Path) -> None:
-    root = backup(tmp_path / "in")
-    moc = root / "SYSPAR" / "MOC.cfg"
-    moc.write_text(moc.read_text().replace("ROB2_4600_2.05_60", "ROB2_NEW_9"))
-    found = call_as_written("batch", root, "-o", tmp_path / "out")
-    assert found.code == 2 and "an arm of type `ROB2_NEW_9`, which is not in the library" in found.err
-    assert not (tmp_path / "out").exists()
-
-
-def test_the_former_name_of_taught_data_is_still_read(tmp_path: Path) -> None:
-    (tmp_path / "postproc.toml").write_text('robot = "irb4600_60_205"\nconstant = ["n"]\nalready = ["gravity"]\n')
-    options = settings_at(tmp_path).options
-    assert (options.taught, options.already) == (("n",), ("gravity",))
-    (tmp_path / "postproc.toml").write_text('already = ["gravety"]\n')
-    with pytest.raises(PostprocError, match="CLI014"):
-        settings_at(tmp_path)
 
 
 def test_what_a_fit_knows_holds_for_the_arm_that_was_measured(samples: Path, tmp_path: Path) -> None:

@@ -1,3 +1,1 @@
-"""Commands on programs: `compensate` (`finish`), `inspect`, `batch` (`batch_lines`), `seam`, `diff`, `runtime`
-(`made_for`).
-"""
+"""Commands on programs: `compensate` (`finish`), `inspect`, `batch` (`batch_lines`), `seam`, `diff`, `runtime`."""

@@ -54,8 +54,13 @@ def run(
     from postproc.batch.run import run_batch
     from postproc.results.conversion import unknown_accuracy
     from postproc.settings import made_with
+    from postproc.settings_files import find_settings
 
-    part = _shard(shard)
+    match = re.fullmatch(r"(\d+)/(\d+)", shard)
+    if match is None or not 1 <= int(match[1]) <= int(match[2]):
+        help_ = "write `--shard 2/4` for the second of four parts"
+        raise PostprocError.of("BAT014", f"`--shard {shard}` is not a part of a whole", help=help_)
+    part = Shard(int(match[1]), int(match[2]))
     _check_folders(folder_or_jobs, output)
     place = folder_or_jobs if folder_or_jobs.is_dir() else folder_or_jobs.parent
     settings = convert.settings_at(place)
@@ -63,9 +68,13 @@ def run(
     ready = get_ready(read_plan(folder_or_jobs, convert.settings_at, output), part, output, report)
     for line in arm_lines(ready):
         say(line)
-    _hush()
+    # Child processes ignore warnings of Python's resource tracker, which it prints when a run was stopped.
+    ignored = filter(None, (os.environ.get("PYTHONWARNINGS"), "ignore:resource_tracker"))
+    os.environ["PYTHONWARNINGS"] = ",".join(ignored)
+    stated = find_settings(place) if workers is None and scheduler is None else None
+    workers = workers if stated is None else stated[1].batch.workers
     try:
-        with open_pool(_workers(place, workers, scheduler), scheduler) as pool, reporting(len(ready.tasks)) as shown:
+        with open_pool(workers, scheduler) as pool, reporting(len(ready.tasks)) as shown:
             batch = run_batch(ready, pool, shown.outcome)
     except KeyboardInterrupt:
         say("stopped; the same command goes on from here")
@@ -78,35 +87,6 @@ def run(
     if settings.model is None and folder_or_jobs.is_dir() and batch.counts["compensated"]:
         say(unknown_accuracy())
     return int(batch.failed)
-
-
-def _workers(place: Path, workers: int | None, scheduler: str | None) -> int | None:
-    """Return the number of local processes that the command line states, else the settings file of a folder, or None.
-
-    Args:
-        place: the folder. workers: stated number; None if it is not. scheduler: with one no settings file is asked.
-    """
-    from postproc.settings_files import find_settings
-
-    stated = find_settings(place) if workers is None and scheduler is None else None
-    return workers if stated is None else stated[1].batch.workers
-
-
-def _hush() -> None:
-    """Let child processes ignore warnings of Python's resource tracker, which it prints when a run was stopped.
-
-    It is called before workers are started.
-    """
-    os.environ["PYTHONWARNINGS"] = ",".join(filter(None, (os.environ.get("PYTHONWARNINGS"), "ignore:resource_tracker")))
-
-
-def _shard(text: str) -> Shard:
-    """Parse ``--shard I/N``; BAT014 where it is no part of a whole."""
-    match = re.fullmatch(r"(\d+)/(\d+)", text)
-    if match is None or not 1 <= int(match[1]) <= int(match[2]):
-        help_ = "write `--shard 2/4` for the second of four parts"
-        raise PostprocError.of("BAT014", f"`--shard {text}` is not a part of a whole", help=help_)
-    return Shard(int(match[1]), int(match[2]))
 
 
 def _check_folders(source: Path, output: Path) -> None:

@@ -6,7 +6,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 def arm_lines(ready: Ready) -> Iterator[str]:
     """Yield lines on which arm tasks are converted for, and by what settings; equal lines are counted."""
     converters = [one.converter for one in ready.tasks]
-    lines = Counter("no arm" if isinstance(c, PostprocError) else c.settings.headline(c.robot) for c in converters)
+    lines = Counter("no arm" if isinstance(c, PostprocError) else c.settings.headline(c.robot.name) for c in converters)
     for line, count in lines.items():
         yield line if len(lines) == 1 else f"{count} task{'s' * (count > 1)}: {line}"
     known = (converter for converter in converters if not isinstance(converter, PostprocError))
@@ -81,10 +81,7 @@ def reporting(total: int) -> Iterator[Reporter]:
     Args:
         total: number of tasks.
     """
-    if not sys.stderr.isatty():
-        yield Reporter(total)
-        return
-    with watching("programs") as watch:
+    with watching("programs") if sys.stderr.isatty() else nullcontext() as watch:
         yield Reporter(total, watch)
 
 

@@ -56,10 +56,10 @@ def run(
     form = "json" if json else format
     settings = convert.settings_at(Path(program).parent)
     target = Path(program) if in_place else output
-    beside = module_file(settings.options, target, nothing=check or diff or form is not None)
-    check_outputs((program, *settings.inputs), output, report, certificate, beside)
+    module_path = module_file(settings.options, target, nothing=check or diff or form is not None)
+    check_outputs((program, *settings.inputs), output, report, certificate, module_path)
     settings, arm = settled(settings, program)
-    sources, options, findings = read_task(source, settings, output, report, certificate, beside)
+    sources, options, findings = read_task(source, settings, output, report, certificate, module_path)
     with watching(f"correcting `{source.path}`", len(source.line_starts)) as watch:
         result = correct_program(sources, arm, options, watch, findings)
     show(named_files(result.diagnostics, sources))
@@ -69,7 +69,7 @@ def run(
         names = (source.path, str(target or "compensated"))
         if in_place and not (check or diff):
             check_unchanged(source)
-        module = None if result.module is None or beside is None else (beside, result.module)
+        module = None if result.module is None or module_path is None else (module_path, result.module)
         quiet = form is not None
         code = finish(source.data, result.output, names, target, check=check, diff=diff, silent=quiet, module=module)
     if form is not None:  # files first: who reads stdout may go away

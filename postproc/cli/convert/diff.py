@@ -64,8 +64,8 @@ def _files(a: str, b: str, near: tuple[float, float]) -> tuple[Document, bool]:
 
     one, two = _read(a), _read(b)
     with watching(f"comparing `{a}` and `{b}`"):
-        found = compare_programs(one, two, *near)
-    return difference_document(Path(a).name, Path(b).name, found), found.equal
+        difference = compare_programs(one, two, *near)
+    return difference_document(Path(a).name, Path(b).name, difference), difference.equal
 
 
 def _folders(a: Path, b: Path, near: tuple[float, float], report: Path | None) -> tuple[Document, bool]:
@@ -84,8 +84,8 @@ def _folders(a: Path, b: Path, near: tuple[float, float], report: Path | None) -
         text = f"`{report}` stands in a folder that is compared"
         raise PostprocError.of("CLI007", text, help="name a file outside of both folders")
     with watching("comparing") as watch:
-        found = compare_folders(a, b, *near, watch)
-    return folders_document(str(a), str(b), found, near), all(file.status == "equal" for file in found)
+        differences = compare_folders(a, b, *near, watch)
+    return folders_document(str(a), str(b), differences, near), all(file.status == "equal" for file in differences)
 
 
 def _read(name: str) -> Program:

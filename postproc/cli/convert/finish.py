@@ -68,14 +68,16 @@ def finish(
         module: a second file, written with the output or not at all.
         silent: stdout is taken (``--json``): neither the output nor the difference goes there.
     """
+    files = [*([module] if module is not None else []), (target, after)]
     if diff and not silent:
         write(None, unified_diff(before, after, *names))
     if check and target is not None:
-        return int(any(_differs(*file) for file in _files(target, after, module)))
+        same = (path is None or (path.is_file() and path.read_bytes() == data) for path, data in files)
+        return int(not all(same))
     if check or diff:
         return int(before != after)
     if target is not None or not silent:
-        write_together(_files(target, after, module))
+        write_together(files)
     return 0
 
 
@@ -96,16 +98,6 @@ def show_result(
         from postproc.results.certificate import program_certificate
 
         write(certificate, render_certificate(program_certificate(name, result, made_with(settings))))
-
-
-def _differs(path: Path | None, data: bytes) -> bool:
-    """Tell whether a file lacks these bytes; False for stdout (None)."""
-    return path is not None and not (path.is_file() and path.read_bytes() == data)
-
-
-def _files(target: Path | None, after: bytes, module: tuple[Path, bytes] | None) -> list[tuple[Path | None, bytes]]:
-    """Return the files to write, the module first and the output last."""
-    return [*([module] if module is not None else []), (target, after)]
 
 
 def unified_diff(before: bytes, after: bytes, name_before: str, name_after: str) -> bytes:

@@ -15,7 +15,9 @@ from postproc.cli.run import BAD_INPUT
 from postproc.diagnostics import Matter, has_errors
 
 
-def run(program: str, /, *, given: ProgramOptions = ProgramOptions(), format: Format = None, json: Flag = False) -> int:
+def run(
+    program: str, /, *, stated: ProgramOptions = ProgramOptions(), format: Format = None, json: Flag = False
+) -> int:
     """List what a program moves, where, and what would be left alone and why; exit 1 if something is out of reach.
 
     What would be edited is decided as ``compensate`` does with what ``postproc.toml`` says, and no more.
@@ -28,21 +30,21 @@ def run(program: str, /, *, given: ProgramOptions = ProgramOptions(), format: Fo
     from postproc.results.inspection import inspection_document
     from postproc.runtime.passes import correct_program
 
-    own = read_program_file(program)
-    settings, arm = settled(given.settings_at(Path(program).parent), program, bare=True)
-    sources, options, findings = read_task(own, settings)
-    with watching(f"reading `{own.path}`", len(own.line_starts)) as watch:
-        found = inspect_program(sources, arm.robot, options, arm.station)
-        if not has_errors(d for d in found.diagnostics if d.matter is not Matter.UNFOLLOWABLE):
+    source = read_program_file(program)
+    settings, arm = settled(stated.settings_at(Path(program).parent), program, bare=True)
+    sources, options, findings = read_task(source, settings)
+    with watching(f"reading `{source.path}`", len(source.line_starts)) as watch:
+        inspection = inspect_program(sources, arm.robot, options, arm.station)
+        if not has_errors(d for d in inspection.diagnostics if d.matter is not Matter.UNFOLLOWABLE):
             converted = correct_program(sources, arm, options, watch)
-            found = found.decided(converted.outcomes, converted.diagnostics)
-    found = replace(found, diagnostics=(*findings, *found.diagnostics))
-    show(named_files(found.diagnostics, sources))
-    failed = has_errors(found.diagnostics)
+            inspection = inspection.decided(converted.outcomes, converted.diagnostics)
+    inspection = replace(inspection, diagnostics=(*findings, *inspection.diagnostics))
+    show(named_files(inspection.diagnostics, sources))
+    failed = has_errors(inspection.diagnostics)
     form = "json" if json else format
-    if form is not None or found.rows or not failed:
-        document = inspection_document(Path(own.path).name, found, settings.document(arm.robot.name))
-        present(document, form=form, aside=not found.rows)
-    if any(d.matter is Matter.NO_MODULE for d in found.diagnostics):
+    if form is not None or inspection.rows or not failed:
+        document = inspection_document(Path(source.path).name, inspection, settings.document(arm.robot.name))
+        present(document, form=form, aside=not inspection.rows)
+    if any(d.matter is Matter.NO_MODULE for d in inspection.diagnostics):
         return BAD_INPUT
     return int(failed)

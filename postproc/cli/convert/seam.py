@@ -62,8 +62,8 @@ def run(
     doubts = table.doubts()
     show(doubts)
     sides = read_lent(settings.side_files)
-    said = SeamOptions(_module_name(output), routine, tool, wobj, seam_data, weld_data, speed, clearance)
-    text, notes = seam_module(table, arm.robot, arm.T_flange_tcp, said, sides, templates=settings.options.template_dir)
+    choices = SeamOptions(_module_name(output), routine, tool, wobj, seam_data, weld_data, speed, clearance)
+    text, notes = seam_module(table, arm.robot, arm.T_flange_tcp, choices, sides, templates=options.template_dir)
     for note in notes:
         say(f"by default, {note}")
     module = Source(str(output), text)
@@ -74,8 +74,8 @@ def run(
         write(output, result.outputs[module.path])
     show_result(output.name, result, settings, report, certificate)
     if json:
-        found = [d.as_json() for d in doubts] + result.report["diagnostics"]
-        print_document({**result.report, **settings.document(arm.robot.name), "diagnostics": found})
+        findings = [d.as_json() for d in doubts] + result.report["diagnostics"]
+        print_document({**result.report, **settings.document(arm.robot.name), "diagnostics": findings})
     return 0 if result.outputs else max(1, result.exit_code)
 
 

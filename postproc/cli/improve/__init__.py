@@ -1,1 +1,1 @@
-"""Commands on models: `fit`, `compare`, `diagnose`, `add`, `predict`, `plan`; `asked` is what they have in common."""
+"""Commands on models: `fit`, `compare`, `diagnose`, `add`, `predict`, `plan`; common: `model_options`."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from postproc.cli.improve.asked import ArmOptions, MeasuredOptions, opened
+from postproc.cli.improve.model_options import ArmOptions, MeasuredOptions, opened
 from postproc.cli.inputs import short_names
 from postproc.cli.options import ArmFile, DataFiles, Flag, Output, ReportFile, TextFlag
 from postproc.cli.output import present, write_model
@@ -16,7 +16,7 @@ def run(
     /,
     *effect: str,
     data: DataFiles,
-    own: ArmOptions = ArmOptions(),
+    arm_options: ArmOptions = ArmOptions(),
     output: Output = None,
     table: MeasuredOptions = MeasuredOptions(),
     report: ReportFile = None,
@@ -38,18 +38,18 @@ def run(
     if not keys:
         help_ = "write `postproc add MODEL backlash --data DATA`"
         raise PostprocError.of("CLI011", "no effect is named", help=help_)
-    arm, measured = opened(model, data, own, table, output, report)
+    arm, measured = opened(model, data, arm_options, table, output, report)
     show(
         Diagnostic("DAT029", "info", f"`{key}` is in the model: it is fitted again") for key in keys if arm.effect(key)
     )
     with watching("adding") as watch:
-        found = add_effects(arm, measured, keys, own.classes, noise=table.sigma, watch=watch)
-    write_model(output, found.model, like=model, silent=json)
-    document = addition_document(short_names(model, *keys, *data), found)
+        addition = add_effects(arm, measured, keys, arm_options.classes, noise=table.sigma, watch=watch)
+    write_model(output, addition.model, like=model, silent=json)
+    document = addition_document(short_names(model, *keys, *data), addition)
     present(document, report, json=json, text=text, aside=output is None)
-    drafted = found.fit.drafted  # of which no row is held out
-    if not json and output is not None and (drafted or found.fit.held_out_rms < found.before.held_out_rms):
-        say_next("says whether more is missing", "diagnose", output, *data, *table.words(), *own.words())
-        words = ("compensate", "PROGRAM", "-m", output, *ArmOptions(effects=own.effects).words(), "-o", "OUT")
+    drafted = addition.fit.drafted  # of which no row is held out
+    if not json and output is not None and (drafted or addition.fit.held_out_rms < addition.before.held_out_rms):
+        say_next("says whether more is missing", "diagnose", output, *data, *table.words(), *arm_options.words())
+        words = ("compensate", "PROGRAM", "-m", output, *ArmOptions(effects=arm_options.effects).words(), "-o", "OUT")
         say_next("corrects a program with it", *words, lead="or")
     return 0

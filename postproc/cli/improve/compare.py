@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from postproc.cli.improve.asked import ArmOptions, MeasuredOptions, opened
+from postproc.cli.improve.model_options import ArmOptions, MeasuredOptions, opened
 from postproc.cli.inputs import short_names
 from postproc.cli.options import ArmFile, CertificateFile, Flag, ReportFile, Tables, TextFlag
 from postproc.cli.output import present, write
@@ -14,7 +14,7 @@ def run(
     model: ArmFile,
     /,
     *data: Tables,
-    own: ArmOptions = ArmOptions(),
+    arm_options: ArmOptions = ArmOptions(),
     table: MeasuredOptions = MeasuredOptions(),
     report: ReportFile = None,
     certificate: CertificateFile = None,
@@ -31,13 +31,13 @@ def run(
     from postproc.results.certificate import arm_certificate
     from postproc.results.comparison import comparison_document
 
-    arm, measured = opened(model, data, own, table, report, certificate)
+    arm, measured = opened(model, data, arm_options, table, report, certificate)
     with watching(f"comparing {len(measured)} rows"):
-        found = compare(arm, measured, noise=table.sigma)
-    show(found.moved)
+        comparison = compare(arm, measured, noise=table.sigma)
+    show(comparison.moved)
     if certificate is not None:
-        write(certificate, render_certificate(arm_certificate(short_names(model, *data), found)))
-    present(comparison_document(short_names(model, *data), found), report, json=json, text=text)
+        write(certificate, render_certificate(arm_certificate(short_names(model, *data), comparison)))
+    present(comparison_document(short_names(model, *data), comparison), report, json=json, text=text)
     if not json:
-        say_next("says whether an effect is missing", "diagnose", model, *data, *table.words(), *own.words())
+        say_next("says whether an effect is missing", "diagnose", model, *data, *table.words(), *arm_options.words())
     return 0

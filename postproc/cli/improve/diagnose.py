@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from postproc.cli.improve.asked import ArmOptions, MeasuredOptions, opened
+from postproc.cli.improve.model_options import ArmOptions, MeasuredOptions, opened
 from postproc.cli.inputs import short_names
 from postproc.cli.options import ArmFile, Flag, ReportFile, Tables, TextFlag
 from postproc.cli.output import present, write
@@ -26,7 +26,7 @@ def run(
     model: ArmFile,
     /,
     *data: Tables,
-    own: ArmOptions = ArmOptions(),
+    arm_options: ArmOptions = ArmOptions(),
     table: MeasuredOptions = MeasuredOptions(),
     report: ReportFile = None,
     draft: Path | None = None,
@@ -48,63 +48,63 @@ def run(
     from postproc.render.effect_file import effect_file, nothing_to_draft
     from postproc.results.diagnosis import diagnosis_document
 
-    arm, measured = opened(model, data, own, table, report, draft)
+    arm, measured = opened(model, data, arm_options, table, report, draft)
     with watching("diagnosing") as watch:
-        found = diagnose(arm, measured, own.classes, noise=table.sigma, watch=watch)
+        diagnosis = diagnose(arm, measured, arm_options.classes, noise=table.sigma, watch=watch)
         if hold_out is not None:
             watch(f"without each level of {hold_out}", 0.9)
-            found = replace(found, hold_out=hold_out_levels(found, hold_out))
-    show(d for d in found.diagnostics if d not in measured.diagnostics)
-    name, code = effect_file(found, draft.stem if draft is not None else "own", short_names(*data))
+            diagnosis = replace(diagnosis, hold_out=hold_out_levels(diagnosis, hold_out))
+    show(d for d in diagnosis.diagnostics if d not in measured.diagnostics)
+    name, code = effect_file(diagnosis, draft.stem if draft is not None else "own", short_names(*data))
     if draft is not None and code is not None:
         write(draft, code)
     elif draft is not None:
-        show([nothing_to_draft(found)])
-    present(diagnosis_document(short_names(model, *data), found), report, json=json, text=text)
+        show([nothing_to_draft(diagnosis)])
+    present(diagnosis_document(short_names(model, *data), diagnosis), report, json=json, text=text)
     if not json:
-        _say_further(found, (model, data, own, table), draft, None if code is None else name)
+        _say_further(diagnosis, (model, data, arm_options, table), draft, None if code is None else name)
     return 0
 
 
-def _say_further(found: Diagnosis, asked: Question, draft: Path | None, drafted: str | None) -> None:
+def _say_further(diagnosis: Diagnosis, question: Question, draft: Path | None, drafted: str | None) -> None:
     """Print the commands that may come next.
 
     Args:
-        asked: model, tables and their options, as diagnosed.
+        question: model, tables and their options, as diagnosed.
         draft: file that was written for what has no name; drafted: key of what could be written, None for nothing.
     """
     from postproc.identification.diagnosis import too_few
     from postproc.results.sentences import of_little_worth, to_record
 
-    model, data, own, table = asked
-    little = of_little_worth(found)
-    keys = [m.key for m in found.missing if m.key not in little]
-    same = (*table.words(), *own.words())
+    model, data, arm, table = question
+    little = of_little_worth(diagnosis)
+    keys = [m.key for m in diagnosis.missing if m.key not in little]
+    same = (*table.words(), *arm.words())
     tables = [word for name in data for word in ("--data", name)]  # as `add` takes them
-    lacking = to_record(found)
-    told = drafted is not None and not found.misleading and not lacking
-    written = draft if told else None
+    lacking = to_record(diagnosis)
+    names_draft = drafted is not None and not diagnosis.misleading and not lacking
+    written = draft if names_draft else None
     if written is not None:
-        words = ("add", model, *keys, drafted, *tables, *table.words(), *own.words(written), "-o", "BETTER.toml")
+        words = ("add", model, *keys, drafted, *tables, *table.words(), *arm.words(written), "-o", "BETTER.toml")
         what = "adds what was found, the draft included" if keys else "adds it"
-        if not found.suspects[0].drafts:
+        if not diagnosis.suspects[0].drafts:
             what = "adds what a single pose tells of it, which is not all"
         say_next(what, *words)
     elif keys:
         what = f"writes the model that has {'it' if len(keys) == 1 else 'them'}"
         say_next(what, "add", model, *keys, *tables, *same, "-o", "BETTER.toml")
-    for m in found.missing:
+    for m in diagnosis.missing:
         for other in m.not_separable[:1]:
             pair = ("--between", f"{m.key},{other}")
             words = (model, *data, *pair, *same, "-o", "POSES.csv")
             say_next("chooses poses that tell them apart", "plan", *words, lead="or")
-    if (found.verdict == "complete" or found.untold) and too_few(found.base):
+    if (diagnosis.verdict == "complete" or diagnosis.untold) and too_few(diagnosis.base):
         say_next("chooses them", "plan", model, *data, *same, "-o", "POSES.csv")
-    elif found.verdict == "complete":
-        words = ("compensate", "PROGRAM", "-m", model, *ArmOptions(effects=own.effects).words(), "-o", "OUT")
+    elif diagnosis.verdict == "complete":
+        words = ("compensate", "PROGRAM", "-m", model, *ArmOptions(effects=arm.effects).words(), "-o", "OUT")
         say_next("corrects a program with this model", *words)
-    if told and written is None:
+    if names_draft and written is None:
         words = ("diagnose", model, *data, *same, "--draft", "OWN.py")
-        say_next("writes what remains as an effect of your own", *words, lead="and" if found.missing else "next")
-    elif found.suspects and draft is None and not lacking:
+        say_next("writes what remains as an effect of your own", *words, lead="and" if diagnosis.missing else "next")
+    elif diagnosis.suspects and draft is None and not lacking:
         say_next("shows how to write what remains as an effect of your own", "explain", "DAT028")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from postproc import BASE
-from postproc.cli.improve.asked import ArmOptions, MeasuredOptions
+from postproc.cli.improve.model_options import ArmOptions, MeasuredOptions
 from postproc.cli.inputs import assumed, short_names
 from postproc.cli.options import Flag, Output, Tables, TextFlag, VectorText, parse_vector
 from postproc.cli.output import check_outputs, present, write_model
@@ -20,8 +20,6 @@ from postproc.diagnostics import Diagnostic, PostprocError
 if TYPE_CHECKING:
     from postproc.effects.base import Effect
     from postproc.estimation.fitted import Fit
-    from postproc.model.arm import Model
-    from postproc.robot.arm import Robot
     from postproc.robot.cells.station import Station
     from postproc.settings_files import FitChoices
 
@@ -52,11 +50,15 @@ def run(
         output: model file to write. Default: stdout, and nowhere with --json.
         json: print the postproc/fit/1 document.
     """
+    import numpy as np
+
     from postproc.estimation.nominal import no_farther_than_nominal
     from postproc.estimation.recorded import recorded_model
     from postproc.identification.add import fit_effects
+    from postproc.model.arm import Model
     from postproc.results.fit import fit_document
     from postproc.robot.catalogue import doubts, load_robot
+    from postproc.robot.pose import rpy
 
     robot, cell, stated, robot_from = _stated(data[0], robot, cell)
     check_outputs((*data, *table.inputs, robot, cell), output)
@@ -67,7 +69,8 @@ def run(
     say(f"{assumed(arm.name, [c.key for c in classes], table.sigma)}; {robot_from}")
     measured = table.read(data, arm, at=station)
     turned = stated.mounting or (0.0, 0.0, 0.0) if mounting is None else parse_vector("--mounting", mounting, "180,0,0")
-    model = _nominal(arm, robot, station, turned)
+    model = Model(arm, R_world_base=rpy(np.radians(turned)), robot_name=robot)
+    model = model if station is None else model.at_station(station)
     with watching("fitting") as watch:
         fit = fit_effects(model, measured, classes, noise=table.sigma, watch=watch)
     _check_frames(fit, {cls.key for cls in classes})
@@ -75,8 +78,8 @@ def run(
     write_model(output, recorded_model(fit), silent=json)
     present(fit_document(short_names(*data), fit), json=json, text=text, aside=output is None)
     if not json and output is not None:
-        own = ArmOptions(effects=tuple(Path(word) for word in words if word.endswith(".py")))
-        say_next("says whether an effect is missing", "diagnose", output, *data, *table.words(), *own.words())
+        arm_options = ArmOptions(effects=tuple(Path(word) for word in words if word.endswith(".py")))
+        say_next("says whether an effect is missing", "diagnose", output, *data, *table.words(), *arm_options.words())
     return 0
 
 
@@ -93,21 +96,6 @@ def _effects(effects: str) -> tuple[list[str], list[type[Effect]]]:
     for word in words:
         classes += load_effect_file(word) if word.endswith(".py") else [find_effect(word, effect_library())]
     return words, list(dict.fromkeys(classes))
-
-
-def _nominal(arm: Robot, name: str, station: Station | None, turned: tuple[float, ...]) -> Model:
-    """Return the arm without effects, its base turned by roll, pitch, yaw [deg], or as its cell states.
-
-    Args:
-        name: of the arm, as the user writes it. turned: the three angles.
-    """
-    import numpy as np
-
-    from postproc.model.arm import Model
-    from postproc.robot.pose import rpy
-
-    model = Model(arm, R_world_base=rpy(np.radians(turned)), robot_name=name)
-    return model if station is None else model.at_station(station)
 
 
 def _station(cell: Path | None, mounting: VectorText | None) -> Station | None:
@@ -148,12 +136,12 @@ def _check_frames(fit: Fit, fitted_effects: Set[str]) -> None:
     from postproc.effects.roles import FRAME_ROLES
     from postproc.measure.checks.readings import MISMATCH_M
 
-    left_out = [f"`{key}`" for key in (effect_in_role(role).key for role in FRAME_ROLES) if key not in fitted_effects]
-    if not left_out or fit.rms < NO_FRAME:
+    omitted = [f"`{key}`" for key in (effect_in_role(role).key for role in FRAME_ROLES) if key not in fitted_effects]
+    if not omitted or fit.rms < NO_FRAME:
         return
-    message = f"without {' and '.join(left_out)} the model misses the points by {1e3 * fit.rms:.1f} mm per axis"
+    message = f"without {' and '.join(omitted)} the model misses the points by {1e3 * fit.rms:.1f} mm per axis"
     mismatch = fit.rms > MISMATCH_M
-    found = Diagnostic("DAT030", "error" if mismatch else "warning", message, help="name them among the effects")
+    finding = Diagnostic("DAT030", "error" if mismatch else "warning", message, help="name them among the effects")
     if mismatch:
-        raise PostprocError(found)
-    show([found])
+        raise PostprocError(finding)
+    show([finding])

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from postproc.cli.improve.asked import ArmOptions, MeasuredOptions, opened
+from postproc.cli.improve.model_options import ArmOptions, MeasuredOptions, opened
 from postproc.cli.inputs import short_names
 from postproc.cli.options import AS_WRITTEN, ArmFile, Flag, Output, Tables
 from postproc.cli.output import present, write
@@ -33,7 +33,7 @@ def run(
     candidates: str | None = None,
     sight: Annotated[float | None, Parameter(validator=Number(gt=0, lte=180))] = None,
     measured_range: Flag = False,
-    own: ArmOptions = ArmOptions(),
+    arm_options: ArmOptions = ArmOptions(),
     table: MeasuredOptions = MeasuredOptions(),
     json: Flag = False,
 ) -> int:
@@ -55,12 +55,12 @@ def run(
     from postproc.render.measuring import measuring_module
     from postproc.results.plan import plan_document
 
-    arm, measured = opened(model, data, own, table, output, rapid, also=candidates)
+    arm, measured = opened(model, data, arm_options, table, output, rapid, also=candidates)
     listed = None if candidates is None else table.read([candidates], arm.robot, False, arm.station).state
     q, axes = (None, None) if listed is None else (listed.q, listed.external_axes)
     room = Room(_box(region), q, None if sight is None else math.radians(sight), measured_range, axes)
     with watching(f"choosing {count} poses"):
-        plan = plan_poses(arm, measured, count, _pair(between), own.classes, noise=table.sigma, room=room)
+        plan = plan_poses(arm, measured, count, _pair(between), arm_options.classes, noise=table.sigma, room=room)
     document = plan_document(short_names(model, *data), plan)
     text, at = plan.as_csv(), plan.state
     if rapid is not None:
@@ -72,7 +72,7 @@ def run(
     present(document, json=json, text=True, aside=True)
     if output is not None and not json:
         what = "says what is missing, once x_mm, y_mm, z_mm and what else the first table has are filled in"
-        say_next(what, "diagnose", model, *data, output, *table.words(), *own.words())
+        say_next(what, "diagnose", model, *data, output, *table.words(), *arm_options.words())
     return 0
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from postproc.cli.improve.asked import ArmOptions, TableOptions, opened
+from postproc.cli.improve.model_options import ArmOptions, TableOptions, opened
 from postproc.cli.options import ArmFile, Flag, Output
 from postproc.cli.output import write
 from postproc.cli.printing import say, show
@@ -14,7 +14,7 @@ def run(
     data: str,
     /,
     *,
-    own: ArmOptions = ArmOptions(),
+    arm_options: ArmOptions = ArmOptions(),
     output: Output = None,
     place: Flag = False,
     table: TableOptions = TableOptions(),
@@ -31,13 +31,13 @@ def run(
 
     from postproc.identification.predict import predict_rows
 
-    arm, rows = opened(model, [data], own, table, output)
+    arm, rows = opened(model, [data], arm_options, table, output)
     with watching(f"predicting {len(rows)} rows"):
-        found = predict_rows(arm, rows, place)
-    show(found.diagnostics)
-    write(output, found.as_csv())
+        prediction = predict_rows(arm, rows, place)
+    show(prediction.diagnostics)
+    write(output, prediction.as_csv())
     if output is not None:
-        known = found.sigma[np.isfinite(found.sigma)]
+        known = prediction.sigma[np.isfinite(prediction.sigma)]
         sure = f"; standard deviation {1e3 * known.max():.3f} mm per axis at most" if len(known) else ""
-        say(f"{len(found.sigma)} position{'s' * (len(found.sigma) != 1)} in the instrument's frame{sure}")
+        say(f"{len(prediction.sigma)} position{'s' * (len(prediction.sigma) != 1)} in the instrument's frame{sure}")
     return 0

@@ -43,8 +43,8 @@ def check(file: Path, /, *, json: Flag = False) -> int:
         json: print the postproc/effects-check/1 document.
     """
     classes = load_effect_file(file, check=False)
-    found = [finding for cls in classes for finding in check_effect(cls)]
-    found += keys_taken_twice([*effect_library().values(), *classes])
-    printing.show(found)
-    present(check_document(classes, found), json=json)
-    return int(has_errors(found))
+    findings = [finding for cls in classes for finding in check_effect(cls)]
+    findings += keys_taken_twice([*effect_library().values(), *classes])
+    printing.show(findings)
+    present(check_document(classes, findings), json=json)
+    return int(has_errors(findings))

@@ -82,9 +82,9 @@ class TableOptions:
     def words(self) -> list[str]:
         """Return the options as they are written on a command line that reads the same table."""
         listed = ("side_files", "accept", "rows_in_order")
-        given = [(f.name, getattr(self, f.name)) for f in fields(self) if f.name not in listed]
-        given += [("with", file) for file in self.side_files] + [("accept", code) for code in self.accept]
-        words = [word for name, value in given if value is not None for word in (f"--{name}", str(value))]
+        stated = [(f.name, getattr(self, f.name)) for f in fields(self) if f.name not in listed]
+        stated += [("with", file) for file in self.side_files] + [("accept", code) for code in self.accept]
+        words = [word for name, value in stated if value is not None for word in (f"--{name}", str(value))]
         return [*words, *(["--rows-in-order"] if self.rows_in_order else [])]
 
     def read(self, data: Sequence[str], robot: Robot, measured: bool = True, at: Station | None = None) -> Measurements:
@@ -106,8 +106,8 @@ class TableOptions:
             raise PostprocError.of("CLI010", f"`--accept {unknown[0]}`: this finding cannot be accepted", help=help_)
         joints, layout = (read_source(file) if file else None for file in (self.joints, self.columns))
         terms = Reading(self.rows_in_order, frozenset(self.accept), joints, at)
-        beside = [read_source(str(path), read_only=True) for path in self.side_files]
-        run = [read_source(self.program), *beside] if self.program else None
+        side_sources = [read_source(str(path), read_only=True) for path in self.side_files]
+        run = [read_source(self.program), *side_sources] if self.program else None
         table = read_tables([read_source(name) for name in data], robot, run, layout, measured, terms=terms)
         show(table.diagnostics)
         return table.in_order if measured else table
@@ -133,7 +133,7 @@ class MeasuredOptions(TableOptions):
 def opened(
     model: Path,
     data: Sequence[str],
-    own: ArmOptions,
+    arm_options: ArmOptions,
     table: TableOptions,
     *outputs: Path | None,
     also: str | None = None,
@@ -141,11 +141,12 @@ def opened(
     """Read the model and the tables, after refusing outputs that are inputs; prints arm, effects and noise.
 
     Args:
-        data: files of the tables. own: what holds of the arm beside the model file. table: how the tables are read.
+        data: files of the tables. arm_options: what holds of the arm beside the model file.
+        table: how the tables are read.
         outputs: files that will be written. also: a further table that the command reads, which no output may replace.
     """
-    check_outputs((model, *data, also, *table.inputs, *own.effects, own.cell), *outputs)
-    arm = load_model(model, own.effects, own.cell)
+    check_outputs((model, *data, also, *table.inputs, *arm_options.effects, arm_options.cell), *outputs)
+    arm = load_model(model, arm_options.effects, arm_options.cell)
     weighed = isinstance(table, MeasuredOptions)
     sigma = table.sigma if isinstance(table, MeasuredOptions) else None
     say(f"{assumed(arm.robot.name, [e.key for e in arm.effects], sigma, weighed)}; model `{model}`")
