@@ -269,7 +269,7 @@ def test_nothing_is_divided_where_an_error_may_go_on_behind_a_part(handler: str,
 
 
 @pytest.mark.parametrize(
-    ("data", "hidden"), [("VAR num sin;", "Sin"), ("PERS num aTan2:=1;", "ATan2"), ("VAR num distance;", "")]
+    ("data", "hidden"), [("VAR num sin;", "Sin"), ("PERS num aTan2:=1;", "ATan2"), ("VAR num magnitude;", "")]
 )
 def test_what_the_added_function_calls_is_looked_up_where_it_stands(data: str, hidden: str) -> None:
     places = f"CONST robtarget a:={target(1350, -500)};\nCONST robtarget b:={target(1350, -20)};\n"

@@ -73,7 +73,7 @@ INLINE = TEXT.replace("MoveL p2", f"MoveL {target(1350, -100)}").replace("MoveJ 
     ("text", "name", "right", "wrong"),
     [
         (TEXT, "path_point.j2", '{{ point.offset | mm | join(",") }}', '{{ point.offset | mm | join(",") }}+0.3'),
-        (TEXT, "line_point.j2", "+[x,y,z]", "+[x,y,z+0.3]"),
+        (TEXT, "line_point.j2", "b:=[x,y,z]", "b:=[x,y,z+0.3]"),
         (TEXT, "arc_point.j2", "b:=s.trans+", "b:=[0,0,0.3]+s.trans+"),
         (
             INLINE,
