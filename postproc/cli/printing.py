@@ -9,13 +9,14 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 from contextvars import ContextVar
 from itertools import pairwise
+from json import dumps
 from pathlib import Path
 from typing import Any, TextIO
 
 from postproc import __version__
 from postproc.diagnostics import Diagnostic, visible
 from postproc.excerpt import wrapped
-from postproc.report.document import to_json
+from postproc.report.document import plain
 
 COLORS = {"error": "\x1b[1;31m", "warning": "\x1b[1;33m", "info": "\x1b[1;36m"}
 RESET = "\x1b[0m"
@@ -129,7 +130,7 @@ def print_document(document: Mapping[str, Any], form: str = "json", root: Path =
         document = sarif([f if f["path"] is None else {**f, "path": str(root / f["path"])} for f in found])
     else:
         document = {"schema": document["schema"], "tool": __version__, **document}
-    print(to_json(document))
+    print(dumps(plain(document), indent=1, allow_nan=False))
 
 
 def asked_form(arguments: Sequence[str]) -> str | None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 from typing import Any
@@ -21,6 +20,6 @@ def plain(value: Any) -> Any:
     return value
 
 
-def to_json(document: Mapping[str, Any]) -> str:
-    """Return a document as JSON text, indented; NaN and infinity become null."""
-    return json.dumps(plain(document), indent=1, allow_nan=False)
+def attributes(value: object, *names: str) -> dict[str, Any]:
+    """Return some attributes of a value by name, as an entry of a document or a part of one."""
+    return {name: getattr(value, name) for name in names}

@@ -11,8 +11,7 @@ from postproc.estimation.findings import some_of_many
 from postproc.identification.compare import Comparison, sizes, worst_rows
 from postproc.identification.trends import Trend
 from postproc.measure.errors import rms
-from postproc.measure.iso9283 import Iso9283
-from postproc.numbers import mm
+from postproc.numbers import mm, mm_or_none
 from postproc.report.blocks import (
     Bar,
     Bars,
@@ -54,6 +53,11 @@ def comparison_document(name: str, comparison: Comparison) -> Document:
     """
     values, fit, kind = comparison_values(comparison), comparison.fit, comparison.fit.observed
     noise, each = values[kind.key("noise")], f"{kind.unit} per {kind.each}"
+    worst = [(w["pose_id"], w["row"], w.get("file"), w[kind.key("error")]) for w in values["worst"]]
+    follows = [(t["channel"], t["where"], f"{100 * t['share']:.0f} %") for t in values["channels"]]
+    worst_columns = ("pose", "row", "file", f"off [{kind.unit}]")
+    worst_poses = DataTable("worst poses", worst_columns, worst, range(min(WORST, len(worst))), view="worst")
+    followed = DataTable("shares", ("channel", "at", "explains"), follows, range(min(FOLLOWED, len(follows))))
     levels = [Bar("this model", values[kind.key("rms")]), Bar(ANY_FUNCTION, values[kind.key("bound")])]
     return Document(
         title=f"postproc compare {name}",
@@ -79,7 +83,7 @@ def comparison_document(name: str, comparison: Comparison) -> Document:
                 GREY,
             ),
             *workspace_section(kind.name, "Where it is off"),
-            Section("Worst poses", [_worst(values, kind.key("error"), kind.unit)]),
+            Section("Worst poses", [worst_poses]),
             *channel_sections(fit, "What it follows: every channel", folded=kind.name == "position"),
             Section("Figures", _figures(values, comparison)),
             Section(
@@ -88,7 +92,7 @@ def comparison_document(name: str, comparison: Comparison) -> Document:
                 "At these poses.",
                 folded=True,
             ),
-            Section("What the residual follows: share of its variance above chance", [_follows(values)], folded=True),
+            Section("What the residual follows: share of its variance above chance", [followed], folded=True),
         ],
         scene=Scene("steps", lambda: steps_data([Rung("this model", fit, fit.rms)], (), noise)),
     )
@@ -97,27 +101,39 @@ def comparison_document(name: str, comparison: Comparison) -> Document:
 def comparison_values(comparison: Comparison) -> Values:
     """Return the ``postproc/compare/1`` document; keys of figures end in the unit of what was observed."""
     data, kind, length = comparison.fit.data, comparison.fit.observed, comparison.sizes * 1e3
-    key, good = kind.key, np.isfinite(length)
+    key, good, iso = kind.key, np.isfinite(length), comparison.iso
+    known = length[good] if good.any() else np.zeros(1)
     far = sizes(comparison.fit.observed_error, kind) * 1e3
-    p50, p95, p99 = np.percentile(length[good], [50, 95, 99]) if good.any() else (0.0, 0.0, 0.0)
+    names = [str(j) for j in range(1, 7)] if kind.name == "joint" else "xyz"
+    axes = zip(names, comparison.error.T, strict=True)
+    measured = [(name, column[np.isfinite(column)]) for name, column in axes]
     kept = np.isin(np.arange(len(data)), comparison.fit.set_aside, invert=True)
     rotation = comparison.fit.problem.error[kept, 3:6] if data.rotation is not None else None
     space = kind.name == "position"
+    iso_values = {
+        "accuracy_mean_mm": round(iso.accuracy_mean, 6),
+        "accuracy_max_mm": round(iso.accuracy_max, 6),
+        "repeatability_median_mm": iso.repeatability_median,
+        "repeatability_max_mm": iso.repeatability_max,
+        "repeated_poses": iso.poses,
+    }
     return {
         "schema": "postproc/compare/1",
         "observed": kind.name,
         "rows": len(data),
         "set_aside_rows": [row for _, row in comparison.fit.left_out],
         key("rms"): mm(rms(comparison.error)),
-        **({"rms_3d_mm": round(float(np.sqrt(np.mean(length[good] ** 2))), 6) if good.any() else 0.0} if space else {}),
-        key("mean"): round(float(np.mean(length[good])), 6) if good.any() else 0.0,
-        key("maximum"): round(float(np.max(length[good])), 6) if good.any() else 0.0,
-        key("percentiles"): {"50": round(float(p50), 6), "95": round(float(p95), 6), "99": round(float(p99), 6)},
-        key(f"per_{kind.each}"): _each(comparison),
+        **({"rms_3d_mm": round(float(np.sqrt(np.mean(known**2))), 6)} if space else {}),
+        key("mean"): round(float(np.mean(known)), 6),
+        key("maximum"): round(float(np.max(known)), 6),
+        key("percentiles"): {str(p): round(float(np.percentile(known, p)), 6) for p in (50, 95, 99)},
+        key(f"per_{kind.each}"): {
+            name: {"rms": mm(rms(column)), "mean": mm(float(column.mean()))} for name, column in measured if len(column)
+        },
         **({"rotation_rms_mrad": None if rotation is None else round(1e3 * rms(rotation), 6)} if space else {}),
-        **({"iso9283": _iso_json(comparison.iso)} if space else {}),
+        **({"iso9283": iso_values} if space else {}),
         **noise_values(comparison.fit),
-        key("floor"): None if comparison.fit.parts.level is None else mm(comparison.fit.parts.level),
+        key("floor"): mm_or_none(comparison.fit.parts.level),
         key("bound"): mm(comparison.bound),
         "worst": [
             {
@@ -148,25 +164,6 @@ def _trend_values(trend: Trend) -> Values:
     }
 
 
-def _each(comparison: Comparison) -> dict[str, dict[str, float]]:
-    """Return rms and mean of the error [mm or mrad] by axis (``x``) or joint (``1``), without those not measured."""
-    names = [str(j) for j in range(1, 7)] if comparison.fit.observed.name == "joint" else "xyz"
-    pairs = zip(names, comparison.error.T, strict=True)
-    some = [(name, column[np.isfinite(column)]) for name, column in pairs]
-    return {name: {"rms": mm(rms(column)), "mean": mm(float(column.mean()))} for name, column in some if len(column)}
-
-
-def _iso_json(iso: Iso9283) -> Values:
-    """Return the ISO 9283 figures [mm] as the entry ``iso9283`` of the document."""
-    return {
-        "accuracy_mean_mm": round(iso.accuracy_mean, 6),
-        "accuracy_max_mm": round(iso.accuracy_max, 6),
-        "repeatability_median_mm": iso.repeatability_median,
-        "repeatability_max_mm": iso.repeatability_max,
-        "repeated_poses": iso.poses,
-    }
-
-
 def workspace_section(observed: str, title: str, program: bool = False) -> list[Section]:
     """Return the section of the residual in space; an empty list where no position was measured.
 
@@ -187,23 +184,15 @@ def _sentence(comparison: Comparison, values: Values) -> str:
     noise, axes = values[kind.key("noise")], values[kind.key(f"per_{kind.each}")]
     noise_text = "the noise is not known" if noise is None else f"the noise is {noise:.3f} {kind.unit} per {kind.each}"
     subject = {"position": "The arm is", "orientation": "The flange is turned", "joint": "The worst joint is"}
+    rows = values["set_aside_rows"]
+    some = "a row that lies" if len(rows) == 1 else f"{len(rows)} rows that lie"
+    without = f", without {some} far from everything else" if rows else ""
     along = f" along {' and '.join(axes)}" if kind.name == "position" and len(axes) in (1, 2) else ""
     return (
         f"{subject[kind.name]} {values[kind.key('mean')]:.3f} {kind.unit} from where the model says{along}, "
         f"{values[kind.key('maximum')]:.3f} {kind.unit} at worst (rms {values[kind.key('rms')]:.3f} {kind.unit} per "
-        f"{kind.each}){_without(values['set_aside_rows'])}; {noise_text}."
+        f"{kind.each}){without}; {noise_text}."
     )
-
-
-def _without(rows: list[int]) -> str:
-    """Return a clause on how many outlying rows the figures leave out; empty for none.
-
-    Args:
-        rows: numbers of these rows in the table.
-    """
-    if not rows:
-        return ""
-    return f", without {'a row that lies' if len(rows) == 1 else f'{len(rows)} rows that lie'} far from everything else"
 
 
 def _without_physics(error: float, bound: float, noise: float | None, unit: str) -> str:
@@ -224,17 +213,6 @@ def _without_physics(error: float, bound: float, noise: float | None, unit: str)
         f"A free function of the channels, without physics, brings it to {bound:.3f} {unit} on rows that "
         "it has not seen."
     )
-
-
-def _worst(values: Values, error: str, unit: str) -> DataTable:
-    """Return the table of the worst poses.
-
-    Args:
-        values: the document. error: key of the error in an entry of ``worst``. unit: of that error.
-    """
-    rows = [(w["pose_id"], w["row"], w.get("file"), w[error]) for w in values["worst"]]
-    columns = ("pose", "row", "file", f"off [{unit}]")
-    return DataTable("worst poses", columns, rows, range(min(WORST, len(rows))), view="worst")
 
 
 def _figures(values: Values, comparison: Comparison) -> list[Block]:
@@ -274,13 +252,3 @@ def iso_figures(values: Values) -> list[tuple[str, Any]]:
         ("ISO 9283 pose repeatability RP, median", iso["repeatability_median_mm"]),
         ("ISO 9283 pose repeatability RP, largest", iso["repeatability_max_mm"]),
     ]
-
-
-def _follows(values: Values) -> DataTable:
-    """Return a table of the share of the residual's variance that each channel explains.
-
-    Args:
-        values: the document of the comparison.
-    """
-    rows = [(t["channel"], t["where"], f"{100 * t['share']:.0f} %") for t in values["channels"]]
-    return DataTable("shares", ("channel", "at", "explains"), rows, range(min(FOLLOWED, len(rows))))
