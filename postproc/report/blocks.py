@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -180,3 +181,21 @@ def shown_columns(table: DataTable) -> list[int]:
     """Return the indices of columns in which some row has a value; of all columns for an empty table."""
     every = range(len(table.columns))
     return [k for k in every if any(row[k] is not None and row[k] != "" for row in table.rows) or not table.rows]
+
+
+def plain(value: Any) -> Any:
+    """Convert nested mappings, sequences and arrays to plain Python values; NaN and infinity become None."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(item) for item in value]
+    if hasattr(value, "tolist"):  # numpy arrays and scalars
+        return plain(value.tolist())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def attributes(value: object, *names: str) -> dict[str, Any]:
+    """Return some attributes of a value by name, as an entry of a document or a part of one."""
+    return {name: getattr(value, name) for name in names}

@@ -9,8 +9,7 @@ from hashlib import sha256
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.judgement.accuracy import estimated_stiffness
 from postproc.identification.compare import Comparison
-from postproc.report.blocks import DataTable, Document, Figure, Section, Values
-from postproc.report.document import plain
+from postproc.report.blocks import DataTable, Document, Figure, Section, Values, plain
 from postproc.results.comparison import comparison_document, iso_figures
 
 COMPUTED = (

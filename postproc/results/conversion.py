@@ -14,8 +14,7 @@ from postproc.compensation.judgement.seams import Seam
 from postproc.compensation.text.values import StatementOutcome
 from postproc.diagnostics import Diagnostic, Matter
 from postproc.numbers import mm
-from postproc.report.blocks import DataTable, Document, Figure, Scene, Section, Values, View
-from postproc.report.document import attributes
+from postproc.report.blocks import DataTable, Document, Figure, Scene, Section, Values, View, attributes
 from postproc.results.under_load import undetermined_text, undetermined_values
 from postproc.results.work_objects import from_programmed_path, rigid_shift_values, work_object_section
 

@@ -7,8 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 
 from postproc.rapid.diff.difference import FileDiff, ProgramDiff
-from postproc.report.blocks import DataTable, Document, Figure, Section, Values
-from postproc.report.document import attributes
+from postproc.report.blocks import DataTable, Document, Figure, Section, Values, attributes
 
 DIFFERENCE_COLUMNS = ("what", "where", "line before", "line after", "name")
 AMOUNT_COLUMNS = ("dx [mm]", "dy [mm]", "dz [mm]", "distance [mm]", "angle [deg]", "speed [mm/s]", "was [mm/s]", "else")

@@ -8,8 +8,7 @@ from typing import Any
 from postproc.compensation.inspection import Inspection, Row
 from postproc.compensation.text.values import Place
 from postproc.motion.postures import Nearest
-from postproc.report.blocks import DataTable, Document, Section, Sentence
-from postproc.report.document import attributes
+from postproc.report.blocks import DataTable, Document, Section, Sentence, attributes
 
 EDITED_WORDS: Mapping[Place | None, str] = {
     "declaration": "; its declaration is edited",

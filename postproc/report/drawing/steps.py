@@ -10,14 +10,14 @@ from scipy import stats
 
 from postproc.arrays import Array
 from postproc.compensation.correction.inverse import command
-from postproc.effects.asking import displacement_of
+from postproc.effects.asking import displacement_of, load_of
 from postproc.estimation.fitted import Fit
 from postproc.measure.errors import distances
 from postproc.model.arm import Model
 from postproc.report.blocks import Values
 from postproc.report.drawing.charts import shares
 from postproc.report.drawing.columns import chain_of, exact, packed
-from postproc.report.drawing.laws import forces, law_charts, laws_of
+from postproc.report.drawing.laws import law_charts, laws_of
 from postproc.report.drawing.residuals import Channels, pose_name
 from postproc.robot.kinematics import forward
 from postproc.robot.pose import displace
@@ -80,7 +80,11 @@ def _forces(fit: Fit, keys: Sequence[str], rows: Array) -> list[Values]:
     """
     state = fit.problem.sensitivity.state.rows(rows)
     effects = [e for key in keys if (e := fit.model.effect(key)) is not None and not e.missing(state)]
-    every = [(e.key, body, wrench) for e in effects for body, wrench in forces(e, state).items()]
+    every = [
+        (e.key, body, np.broadcast_to(wrench, (len(state), 6)))
+        for e in effects
+        for body, wrench in load_of(e, state).body.items()
+    ]
     return [{"name": key, "body": body, "wrench": packed(wrench)} for key, body, wrench in every if wrench.any()]
 
 
