@@ -12,13 +12,6 @@ Values = Mapping[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
-class Sentence:
-    """Prose, with `names` set apart."""
-
-    text: str
-
-
-@dataclass(frozen=True, slots=True)
 class Figure:
     """A figure that stands large on a page; a terminal leaves out what the sentence of the document says already.
 
@@ -122,7 +115,8 @@ class Beside:
     right: Sequence[Block]
 
 
-Block = Sentence | DataTable | Bars | Chart | View | Beside
+Block = str | DataTable | Bars | Chart | View | Beside
+"""A text is prose, with `names` set apart."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,7 +21,6 @@ from postproc.report.blocks import (
     Chart,
     DataTable,
     Document,
-    Sentence,
     View,
     is_number,
     plain,
@@ -67,7 +66,7 @@ def _html(block: Block, scene: str) -> str:
         scene: name of the page's scene and of its template, in which views are drawn.
     """
     match block:
-        case Sentence(text):
+        case str(text):
             return f"<p>{prose(text)}</p>"
         case DataTable() if not block.rows:
             return ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from postproc.report.blocks import Bars, Beside, Block, DataTable, Document, Sentence, is_number, shown_columns
+from postproc.report.blocks import Bars, Beside, Block, DataTable, Document, is_number, shown_columns
 
 DIGITS = 4
 """Significant digits of the largest number of a column."""
@@ -38,7 +38,7 @@ def _lines(block: Block, every: bool) -> Iterator[str]:
         every: print all rows of tables.
     """
     match block:
-        case Sentence(text):
+        case str(text):
             yield text
         case DataTable():
             yield from _table(block, every)

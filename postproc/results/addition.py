@@ -36,7 +36,7 @@ def addition_document(name: str, addition: Addition) -> Document:
     dashed, each = floor if noise else None, f"{kind.unit} per {kind.each}"
     added = list(dict.fromkeys(step.name.removeprefix("+ ") for step in addition.ladder[1:]))
 
-    errors = [f.rms if fit.drafted else f.held_out_rms for f in (addition.before, fit)]
+    before, after = (f.rms if fit.drafted else f.held_out_rms for f in (addition.before, fit))
 
     def bar(label: str, error: Fit | FitFigures, share: float | None = None) -> Bar:
         """Return the bar of a fit: on held-out rows with the fitted ones beside it, of drafts on fitted rows alone."""
@@ -57,8 +57,8 @@ def addition_document(name: str, addition: Addition) -> Document:
         values=values,
         sentence=addition_sentence(addition),
         figures=[
-            Figure("error before", mm(errors[0]), "before", kind.unit),
-            Figure("error after", mm(errors[1]), "after", kind.unit),
+            Figure("error before", mm(before), "before", kind.unit),
+            Figure("error after", mm(after), "after", kind.unit),
             Figure("noise" if noise else "any smooth function", floor, unit=kind.unit),
         ],
         sections=[

@@ -23,7 +23,6 @@ from postproc.report.blocks import (
     Figure,
     Scene,
     Section,
-    Sentence,
     Values,
     View,
 )
@@ -58,40 +57,28 @@ def comparison_document(name: str, comparison: Comparison) -> Document:
     worst_columns = ("pose", "row", "file", f"off [{kind.unit}]")
     worst_poses = DataTable("worst poses", worst_columns, worst, range(min(WORST, len(worst))), view="worst")
     followed = DataTable("shares", ("channel", "at", "explains"), follows, range(min(FOLLOWED, len(follows))))
-    levels = [Bar("this model", values[kind.key("rms")]), Bar(ANY_FUNCTION, values[kind.key("bound")])]
+    error, bound = values[kind.key("rms")], values[kind.key("bound")]
+    bars = Bars([Bar("this model", error), Bar(ANY_FUNCTION, bound)], noise, ANY_FUNCTION, kind.unit)
+    distances = Chart(lambda: [distance_chart(fit, noise, held_out=False)])
+    laws = Chart(lambda: law_charts(laws_of(fit, [e.key for e in fit.model.effects])), 320)
+    many = [f"{d.message[0].upper()}{d.message[1:]}." for d in some_of_many(fit.data)]
+    known = [_without_physics(error, bound, noise, each), *many, *left_out(fit)]
     return Document(
         title=f"postproc compare {name}",
         values=values,
         sentence=_sentence(comparison, values),
         figures=[
             Figure("mean distance", values[kind.key("mean")], unit=kind.unit),
-            Figure(f"rms per {kind.each}", values[kind.key("rms")], "before", kind.unit),
+            Figure(f"rms per {kind.each}", error, "before", kind.unit),
             Figure(f"noise per {kind.each}", noise, unit=kind.unit),
         ],
         sections=[
-            Section(
-                f"How far, and how far it could be, rms in {each}",
-                [
-                    Beside(
-                        [Bars(levels, noise, ANY_FUNCTION, kind.unit)],
-                        [Chart(lambda: [distance_chart(fit, noise, held_out=False)])],
-                    ),
-                    Sentence(_without_physics(values[kind.key("rms")], values[kind.key("bound")], noise, each)),
-                    *(Sentence(f"{d.message[0].upper()}{d.message[1:]}.") for d in some_of_many(fit.data)),
-                    *left_out(fit),
-                ],
-                GREY,
-            ),
+            Section(f"How far, and how far it could be, rms in {each}", [Beside([bars], [distances]), *known], GREY),
             *workspace_section(kind.name, "Where it is off"),
             Section("Worst poses", [worst_poses]),
             *channel_sections(fit, "What it follows: every channel", folded=kind.name == "position"),
             Section("Figures", _figures(values, comparison)),
-            Section(
-                "Laws that the model holds",
-                [Chart(lambda: law_charts(laws_of(fit, [e.key for e in fit.model.effects])), 320)],
-                "At these poses.",
-                folded=True,
-            ),
+            Section("Laws that the model holds", [laws], "At these poses.", folded=True),
             Section("What the residual follows: share of its variance above chance", [followed], folded=True),
         ],
         scene=Scene("steps", lambda: steps_data([Rung("this model", fit, fit.rms)], (), noise)),
@@ -205,14 +192,10 @@ def _without_physics(error: float, bound: float, noise: float | None, unit: str)
     if noise is not None and error < 1.2 * noise:
         return "What is left is of the size of the noise."
     if bound > 0.9 * error:
-        return (
-            "No free function of the channels does much better; `postproc diagnose` also looks for steps, waves and "
-            "lost motion."
-        )
-    return (
-        f"A free function of the channels, without physics, brings it to {bound:.3f} {unit} on rows that "
-        "it has not seen."
-    )
+        others = "`postproc diagnose` also looks for steps, waves and lost motion"
+        return f"No free function of the channels does much better; {others}."
+    lowered = f"brings it to {bound:.3f} {unit} on rows that it has not seen"
+    return f"A free function of the channels, without physics, {lowered}."
 
 
 def _figures(values: Values, comparison: Comparison) -> list[Block]:
@@ -243,12 +226,6 @@ def iso_figures(values: Values) -> list[tuple[str, Any]]:
     Args:
         values: the document of the comparison.
     """
-    iso = values.get("iso9283")
-    if not iso:
-        return []
-    return [
-        ("ISO 9283 pose accuracy AP, mean", iso["accuracy_mean_mm"]),
-        ("ISO 9283 pose accuracy AP, largest", iso["accuracy_max_mm"]),
-        ("ISO 9283 pose repeatability RP, median", iso["repeatability_median_mm"]),
-        ("ISO 9283 pose repeatability RP, largest", iso["repeatability_max_mm"]),
-    ]
+    labels = ("accuracy AP, mean", "accuracy AP, largest", "repeatability RP, median", "repeatability RP, largest")
+    figures = values.get("iso9283", {}).values()
+    return [(f"ISO 9283 pose {label}", value) for label, value in zip(labels, figures, strict=False)]

@@ -28,7 +28,6 @@ from postproc.report.blocks import (
     Figure,
     Scene,
     Section,
-    Sentence,
     Values,
     View,
 )
@@ -90,7 +89,7 @@ def diagnosis_document(name: str, d: Diagnosis) -> Document:
         figures=_figures(d, values),
         sections=[
             _ladder(d, values, steps),
-            Section("Also to know", [*map(Sentence, doubts(d)), *undetermined_sentences(d.told)]),
+            Section("Also to know", [*doubts(d), *undetermined_sentences(d.told)]),
             _found(d),
             _remaining(d),
             *([] if d.hold_out is None else [_held_out(d.hold_out)]),
@@ -261,8 +260,8 @@ def _ladder(d: Diagnosis, values: Values, steps: Any) -> Section:
     if d.unnamed is not None:
         some, every = len(d.searched.data), len(d.base.data)
         # Its numbers are held out, its form is not.
-        where = [CHOSEN] + [f"{some} of {every}; without it {1e3 * d.searched.held_out_rms:.3f}"] * (some < every)
-        rungs.append(Bar(UNNAMED, 1e3 * d.unnamed, ", ".join(where)))
+        part = f", {some} of {every}; without it {1e3 * d.searched.held_out_rms:.3f}" if some < every else ""
+        rungs.append(Bar(UNNAMED, 1e3 * d.unnamed, CHOSEN + part))
     rungs.append(Bar(ANY_FUNCTION, 1e3 * d.bound))
     bars = Bars(rungs, floor, ANY_FUNCTION, kind.unit, names if len(names) > 1 else ())
 
@@ -294,8 +293,7 @@ def _found(d: Diagnosis) -> Section:
         ends = sorted((int(np.argmin(curve.turn)), int(np.argmax(curve.turn))))
         knots = ", ".join(f"{1e3 * curve.turn[k]:.2f} mrad near {shown(curve.channel, curve.at[k])}" for k in ends)
         sigma = 1e3 * np.median(curve.sigma)
-        text = f"joint {curve.joint} along {curve.channel}: {knots}, \N{PLUS-MINUS SIGN} {sigma:.2f}"
-        blocks.append(Sentence(text))
+        blocks.append(f"joint {curve.joint} along {curve.channel}: {knots}, \N{PLUS-MINUS SIGN} {sigma:.2f}")
     return Section("What is missing", blocks, "`postproc add` writes the model that has it.")
 
 
@@ -328,7 +326,7 @@ def _held_out(intervention: Intervention) -> Section:
     channel, unit = intervention.channel, intervention.unit
     columns = (channel, "rows", f"as it came [{unit}]", f"with what was found [{unit}]")
     sentences = [
-        Sentence(f"`{key}` does not carry over to {', '.join(levels)}: doubt that it is the cause.")
+        f"`{key}` does not carry over to {', '.join(levels)}: doubt that it is the cause."
         for key in intervention.levels[0].without
         if (levels := intervention.fails(key))
     ]
@@ -342,10 +340,12 @@ def _ranking(d: Diagnosis, values: Values) -> Section:
     Args:
         values: the document of the diagnosis.
     """
-    kind, rows = d.base.observed, []
-    for c in values["candidates"]:
-        form, why = place(c["form"]), c["why_not"] or ""
-        rows.append((c["effect"], c[f"{kind.key('rms')}_after"], p_text(c["p_value"]), c["evidence"], form, why))
+    kind = d.base.observed
+    after = f"{kind.key('rms')}_after"
+    rows = [
+        (c["effect"], c[after], p_text(c["p_value"]), c["evidence"], place(c["form"]), c["why_not"] or "")
+        for c in values["candidates"]
+    ]
     columns = ("effect", f"rms after [{kind.unit}]", "p", "evidence", "form", "not testable because")
     heading = f"Ranking, each effect alone on the model as it came: rms per {kind.each} on the fitted rows"
     return Section(heading, [DataTable("ranking", columns, rows, brief_ranking(d.candidates))], RANKED, folded=True)

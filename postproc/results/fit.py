@@ -14,7 +14,7 @@ from postproc.identification.add import FitFigures
 from postproc.measure.errors import distances
 from postproc.model.uncertainty import parameter_name
 from postproc.numbers import mm, mm_or_none
-from postproc.report.blocks import DataTable, Document, Figure, Section, Sentence, Values
+from postproc.report.blocks import DataTable, Document, Figure, Section, Values
 from postproc.results.wording import known_values, parameter_rows, parameters_text
 
 
@@ -49,13 +49,13 @@ def fit_document(name: str, fit: Fit) -> Document:
     )
 
 
-def known_of(fit: Fit) -> list[Sentence]:
+def known_of(fit: Fit) -> list[str]:
     """Return sentences on undetermined parameters, rows left out, and what to know before relying on the fit."""
     words = (f"{d.message[0].upper()}{d.message[1:]}; {d.help}." for d in cautions(fit))
-    return [*undetermined_sentences(fit), *left_out(fit), *map(Sentence, words)]
+    return [*undetermined_sentences(fit), *left_out(fit), *words]
 
 
-def undetermined_sentences(fit: Fit) -> list[Sentence]:
+def undetermined_sentences(fit: Fit) -> list[str]:
     """Return sentences on parameters at their priors, on those that are held, and on those that stopped at a bound."""
     lines, open_ = [], undetermined(fit)
     if open_:
@@ -67,10 +67,10 @@ def undetermined_sentences(fit: Fit) -> list[Sentence]:
     fixed = [name for name in not_identifiable(fit) if name not in open_]
     kinds = (("Not determined by this data and held", fixed), ("Stopped at a bound", fit.at_bound))
     lines += [f"{what}: {parameters_text(fit, which)}" for what, which in kinds if which]
-    return [Sentence(line) for line in lines]
+    return lines
 
 
-def left_out(fit: Fit) -> list[Sentence]:
+def left_out(fit: Fit) -> list[str]:
     """Return a sentence for each row that the fit leaves out, or one with their number where they are many."""
     off, unit, data = 1e3 * distances(fit.observed_error), fit.observed.unit, fit.data
     lines = [
@@ -83,7 +83,7 @@ def left_out(fit: Fit) -> list[Sentence]:
         lines.append(f"Row {row}{of} was left out: no arm can be where it says.")
     if len(lines) > MOST_ROWS_NAMED:
         lines = [f"{len(lines)} rows were left out: they lie far from everything else."]
-    return [Sentence(line) for line in lines]
+    return lines
 
 
 def parameter_table(fit: Fit, keys: Iterable[str], brief: bool = False) -> DataTable:

@@ -8,7 +8,7 @@ from typing import Any
 from postproc.compensation.inspection import Inspection, Row
 from postproc.compensation.text.values import Place
 from postproc.motion.postures import Nearest
-from postproc.report.blocks import DataTable, Document, Section, Sentence, attributes
+from postproc.report.blocks import DataTable, Document, Section, attributes
 
 EDITED_WORDS: Mapping[Place | None, str] = {
     "declaration": "; its declaration is edited",
@@ -41,7 +41,7 @@ def inspection_document(name: str, inspection: Inspection, stated: Mapping[str, 
             "diagnostics": [d.as_json() for d in inspection.diagnostics],
         },
         sentence="" if inspection.rows else "no motion statements",
-        sections=[Section("", [rows, *map(Sentence, ends)])],
+        sections=[Section("", [rows, *ends])],
     )
 
 
