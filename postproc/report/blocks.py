@@ -76,13 +76,13 @@ class Bars:
 
     Args:
         floor: the noise, below which no bar can fall, None where it is not known.
-        aside: name of a bar that is drawn in grey, as it is no step from the first bar to the noise.
+        grey: name of a bar that is drawn in grey, as it is no step from the first bar to the noise.
         steps: names of bars at which a click shows their step in the scene of the page.
     """
 
     bars: Sequence[Bar]
     floor: float | None
-    aside: str = ""
+    grey: str = ""
     unit: str = "mm"
     steps: Sequence[str] = ()
 
@@ -108,14 +108,14 @@ class View:
 
 
 @dataclass(frozen=True, slots=True)
-class Beside:
+class Columns:
     """Blocks that stand side by side on a page that is wide enough."""
 
-    left: Sequence[Block]
-    right: Sequence[Block]
+    first: Sequence[Block]
+    second: Sequence[Block]
 
 
-Block = str | DataTable | Bars | Chart | View | Beside
+Block = str | DataTable | Bars | Chart | View | Columns
 """A text is prose, with `names` set apart."""
 
 

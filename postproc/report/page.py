@@ -16,9 +16,9 @@ from postproc import __version__
 from postproc.files import resource
 from postproc.report.blocks import (
     Bars,
-    Beside,
     Block,
     Chart,
+    Columns,
     DataTable,
     Document,
     View,
@@ -79,8 +79,8 @@ def _html(block: Block, scene: str) -> str:
         case Chart(draw, least):
             charts = [chart for chart in draw() if chart]
             return grid(charts, least) if least and charts else "".join(charts)
-        case Beside(left, right):
-            sides = ("".join(_html(inside, scene) for inside in side) for side in (left, right))
+        case Columns(first, second):
+            sides = ("".join(_html(inside, scene) for inside in side) for side in (first, second))
             return f'<div class="sides even">{"".join(f"<div>{side}</div>" for side in sides)}</div>'
 
 

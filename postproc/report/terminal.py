@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from postproc.report.blocks import Bars, Beside, Block, DataTable, Document, is_number, shown_columns
+from postproc.report.blocks import Bars, Block, Columns, DataTable, Document, is_number, shown_columns
 
 DIGITS = 4
 """Significant digits of the largest number of a column."""
@@ -48,8 +48,8 @@ def _lines(block: Block, every: bool) -> Iterator[str]:
             for name, value, note in rows:
                 shown = "unknown" if value is None else f"{value:.3f}"
                 yield f"  {name:{width}}  {shown:>8}   {note}".rstrip()
-        case Beside(left, right):
-            for inside in (*left, *right):
+        case Columns(first, second):
+            for inside in (*first, *second):
                 yield from _lines(inside, every)
 
 

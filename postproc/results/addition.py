@@ -8,7 +8,7 @@ from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import evaluate
 from postproc.identification.add import LEAST_FALL, Addition, FitFigures
 from postproc.numbers import mm
-from postproc.report.blocks import Bar, Bars, Beside, Chart, Document, Figure, Scene, Section, View
+from postproc.report.blocks import Bar, Bars, Chart, Columns, Document, Figure, Scene, Section, View
 from postproc.report.drawing.residuals import channel_sections
 from postproc.report.drawing.steps import Rung, distance_chart, steps_data
 from postproc.results.comparison import workspace_section
@@ -62,7 +62,7 @@ def addition_document(name: str, addition: Addition) -> Document:
             Figure("noise" if noise else "any smooth function", floor, unit=kind.unit),
         ],
         sections=[
-            Section(f"The error step by step, {each} on {rows}", [Beside([bars, distances], [View("laws")])], FALL),
+            Section(f"The error step by step, {each} on {rows}", [Columns([bars, distances], [View("laws")])], FALL),
             *workspace_section(kind.name, "Where it is off, at this step", program=True),
             Section(f"What each effect is worth, {each} on {rows}", [worth], EACH_NOTE),
             *channel_sections(fit, "What the rest follows", folded=True),

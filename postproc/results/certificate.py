@@ -17,7 +17,7 @@ COMPUTED = (
     "read back. They are no measurement of this arm."
 )
 Row = tuple[object, ...]
-LEFT_OPEN = "Required figures are filled in by hand where the contract states them."
+BY_HAND = "Required figures are filled in by hand where the contract states them."
 
 
 class Verdict(Enum):
@@ -117,7 +117,7 @@ def arm_certificate(name: str, comparison: Comparison) -> Document:
     ]
     rows = [(what, "" if value is None else f"{value:.3f}", "", "") for what, value in figures]
     columns = ("figure", f"found [{kind.unit}]", f"required [{kind.unit}]", "accepted")
-    parts = [_part("Pose accuracy and repeatability after ISO 9283", columns, rows, LEFT_OPEN)]
+    parts = [_part("Pose accuracy and repeatability after ISO 9283", columns, rows, BY_HAND)]
     return _certificate("Accuracy of an arm", None, shown.sentence, document, facts=facts, parts=parts)
 
 

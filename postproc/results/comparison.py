@@ -15,9 +15,9 @@ from postproc.numbers import mm, mm_or_none
 from postproc.report.blocks import (
     Bar,
     Bars,
-    Beside,
     Block,
     Chart,
+    Columns,
     DataTable,
     Document,
     Figure,
@@ -29,11 +29,11 @@ from postproc.report.blocks import (
 from postproc.report.drawing.laws import law_charts, laws_of
 from postproc.report.drawing.residuals import channel_sections
 from postproc.report.drawing.steps import Rung, distance_chart, steps_data
-from postproc.results.fit import left_out, noise_values
+from postproc.results.fit import excluded_rows, noise_values
 from postproc.results.wording import ANY_FUNCTION
 
 IN_SPACE = (
-    "Beside it the channels that stand out. Points: each pose, less the mean; red: means with their standard errors; "
+    "Columns it the channels that stand out. Points: each pose, less the mean; red: means with their standard errors; "
     "rings: the worst poses; grey: twice the noise."
 )
 GREY = (
@@ -62,7 +62,7 @@ def comparison_document(name: str, comparison: Comparison) -> Document:
     distances = Chart(lambda: [distance_chart(fit, noise, held_out=False)])
     laws = Chart(lambda: law_charts(laws_of(fit, [e.key for e in fit.model.effects])), 320)
     many = [f"{d.message[0].upper()}{d.message[1:]}." for d in some_of_many(fit.data)]
-    known = [_without_physics(error, bound, noise, each), *many, *left_out(fit)]
+    known = [_without_physics(error, bound, noise, each), *many, *excluded_rows(fit)]
     return Document(
         title=f"postproc compare {name}",
         values=values,
@@ -73,7 +73,7 @@ def comparison_document(name: str, comparison: Comparison) -> Document:
             Figure(f"noise per {kind.each}", noise, unit=kind.unit),
         ],
         sections=[
-            Section(f"How far, and how far it could be, rms in {each}", [Beside([bars], [distances]), *known], GREY),
+            Section(f"How far, and how far it could be, rms in {each}", [Columns([bars], [distances]), *known], GREY),
             *workspace_section(kind.name, "Where it is off"),
             Section("Worst poses", [worst_poses]),
             *channel_sections(fit, "What it follows: every channel", folded=kind.name == "position"),

@@ -261,11 +261,11 @@ def _sentence(conversion: Conversion) -> str:
     welds = [o for o in conversion.outcomes if o.statement.signature.phase]
     reasons = Counter(o.reason for o in welds if o.status == "skipped")
     if not reasons or any(o.status in CORRECTED for o in welds):
-        return _rest(conversion)
-    return f"No weld was corrected: {reasons.most_common(1)[0][0]}. {_rest(conversion)}"
+        return _outcome_text(conversion)
+    return f"No weld was corrected: {reasons.most_common(1)[0][0]}. {_outcome_text(conversion)}"
 
 
-def _rest(conversion: Conversion) -> str:
+def _outcome_text(conversion: Conversion) -> str:
     """Say what became of the statements: the deviation before and after, or why nothing was corrected."""
     values = conversion.report
     if not conversion.outputs:

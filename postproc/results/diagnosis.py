@@ -20,9 +20,9 @@ from postproc.numbers import mm, mm_or_none
 from postproc.report.blocks import (
     Bar,
     Bars,
-    Beside,
     Block,
     Chart,
+    Columns,
     DataTable,
     Document,
     Figure,
@@ -90,9 +90,9 @@ def diagnosis_document(name: str, d: Diagnosis) -> Document:
         sections=[
             _ladder(d, values, steps),
             Section("Also to know", [*doubts(d), *undetermined_sentences(d.told)]),
-            _found(d),
-            _remaining(d),
-            *([] if d.hold_out is None else [_held_out(d.hold_out)]),
+            _missing_section(d),
+            _remaining_section(d),
+            *([] if d.hold_out is None else [_hold_out_section(d.hold_out)]),
             *workspace_section(kind.name, "Where it is off", program=bool(d.missing)),
             *channel_sections(d.final, "What the rest follows", suspected, folded=kind.name == "position"),
             _ranking(d, values),
@@ -274,12 +274,12 @@ def _ladder(d: Diagnosis, values: Values, steps: Any) -> Section:
 
     return Section(
         f"The error on rows that the fit has not seen, {kind.unit} per {kind.each}",
-        [Beside([bars, distances], [View("laws"), Chart(without_laws)])],
+        [Columns([bars, distances], [View("laws"), Chart(without_laws)])],
         f"{NOISE if floor else ''}{GREY_NOTE}",
     )
 
 
-def _found(d: Diagnosis) -> Section:
+def _missing_section(d: Diagnosis) -> Section:
     """Return the section with a row for each missing effect (form, p value, held-out error) and its parameters."""
     kind = d.base.observed
     rows = [(m.key, title(d, m), place(m.label), p_text(m.p_value), mm(m.held_out_after)) for m in d.missing]
@@ -297,7 +297,7 @@ def _found(d: Diagnosis) -> Section:
     return Section("What is missing", blocks, "`postproc add` writes the model that has it.")
 
 
-def _remaining(d: Diagnosis) -> Section:
+def _remaining_section(d: Diagnosis) -> Section:
     """Return the section with the patterns that no effect explains, with a chart of the strongest."""
     drawn = Chart(lambda: [suspect_chart(d.searched, s, d.floor) for s in d.suspects[:1] if d.missing])
     return Section("What remains follows", [drawn, suspect_table(d.suspects)], REMAINING_NOTE + LOOKS)
@@ -316,7 +316,7 @@ def suspect_table(suspects: Sequence[Any]) -> DataTable:
     return DataTable("suspects", ("where", "channel", "pattern", "explains"), rows)
 
 
-def _held_out(intervention: Intervention) -> Section:
+def _hold_out_section(intervention: Intervention) -> Section:
     """Return the section on how held-out levels of a channel are predicted, and which effects fail there.
 
     Args:

@@ -52,7 +52,7 @@ def fit_document(name: str, fit: Fit) -> Document:
 def known_of(fit: Fit) -> list[str]:
     """Return sentences on undetermined parameters, rows left out, and what to know before relying on the fit."""
     words = (f"{d.message[0].upper()}{d.message[1:]}; {d.help}." for d in cautions(fit))
-    return [*undetermined_sentences(fit), *left_out(fit), *words]
+    return [*undetermined_sentences(fit), *excluded_rows(fit), *words]
 
 
 def undetermined_sentences(fit: Fit) -> list[str]:
@@ -70,7 +70,7 @@ def undetermined_sentences(fit: Fit) -> list[str]:
     return lines
 
 
-def left_out(fit: Fit) -> list[str]:
+def excluded_rows(fit: Fit) -> list[str]:
     """Return a sentence for each row that the fit leaves out, or one with their number where they are many."""
     off, unit, data = 1e3 * distances(fit.observed_error), fit.observed.unit, fit.data
     lines = [

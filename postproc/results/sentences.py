@@ -28,7 +28,7 @@ LITTLE = 0.02
 def headline(d: Diagnosis) -> str:
     """Say the verdict: what is missing and how far the error falls, or what remains, or that nothing is missing."""
     if d.verdict == "complete" or d.untold:
-        return _nothing_found(d)
+        return _complete_text(d)
     if d.verdict == "missing":
         what = f": {title(d, d.missing[0])}" if len(d.missing) == 1 else ""
         return f"The model lacks {_named_together(d)}{what}. {_fall(d)}"
@@ -51,7 +51,7 @@ def _noise(d: Diagnosis) -> str:
     return f" The noise is {1e3 * d.floor:.3f} {_unit(d)}." if d.floor else ""
 
 
-def _nothing_found(d: Diagnosis) -> str:
+def _complete_text(d: Diagnosis) -> str:
     """Say that nothing is missing, or that this data does not tell whether anything is."""
     error = f"{1e3 * d.base.held_out_rms:.3f} {_unit(d)} on rows the fit has not seen"
     if too_few(d.base):

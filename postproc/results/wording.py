@@ -35,13 +35,13 @@ def fitted_values(fit: Fit, key: str) -> Iterator[tuple[str, float, float, str]]
     if effect is None:
         return
     entries = list(_entries(effect))
-    for i in _told(fit, effect):
+    for i in _stated_entries(fit, effect):
         name, unit = entries[i]
         factor, shown = readable(unit)
         yield name, factor * float(effect.vector()[i]), factor * fit.sigma[key, i], shown
 
 
-def _told(fit: Fit, effect: Effect) -> list[int]:
+def _stated_entries(fit: Fit, effect: Effect) -> list[int]:
     """Return the entries of an effect's vector that are told: fitted ones, and open ones at another prior than null."""
     x, null, fitted = effect.vector(), effect.null_vector(), set(fit.posterior.names)
     every = [i for i in range(len(x)) if (effect.key, i) in fit.sigma]
@@ -56,7 +56,7 @@ def known_values(fit: Fit, key: str) -> Iterator[tuple[int, str]]:
     """
     effect = fit.model.effect(key)
     assert effect is not None
-    for i, (name, value, sigma, unit) in zip(_told(fit, effect), fitted_values(fit, key), strict=True):
+    for i, (name, value, sigma, unit) in zip(_stated_entries(fit, effect), fitted_values(fit, key), strict=True):
         yield i, f"{in_words(type(effect), name)}, {with_sigma(value, sigma)} {unit}".rstrip()
 
 
