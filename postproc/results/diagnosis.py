@@ -45,7 +45,6 @@ from postproc.results.fit import (
 from postproc.results.sentences import MOST_RIVALS_NAMED, doubts, headline, title
 from postproc.results.wording import ANY_FUNCTION, p_text, place
 
-UNNAMED = "+ what was found, without a name"
 CHOSEN = "at best: its form was chosen on these rows"
 TELLING_CHANCE = 0.05
 """Chance below which a candidate stands in the ranking on the terminal; the first FEWEST and no more than MOST do.
@@ -54,14 +53,13 @@ Those of the user's own always do.
 """
 FEWEST, MOST = 3, 8
 LIBRARY = frozenset(cls.key for cls in BUILT_IN)
-BOTH = "with what is missing"
 BLIND = "This data could not have shown (`postproc effects show KEY` says what to measure)"
 NOISE = "The dashed line is the noise: no model can be expected below it. "
 GREY_NOTE = "Grey: what a smooth function of all channels, without physics, reaches."
-REMAINING_NOTE = "Of what the final model leaves above the noise; strongest first."
-LOOKS = (
-    " The chart shows the first without the share that the fitted parameters have taken on. `postproc diagnose --draft "
-    "OWN.py` writes it as an effect, `postproc add` adds it."
+REMAINING_NOTE = (
+    "Of what the final model leaves above the noise; strongest first. The chart shows the first without the share that "
+    "the fitted parameters have taken on. `postproc diagnose --draft OWN.py` writes it as an effect, `postproc add` "
+    "adds it."
 )
 RANKED = (
     "Evidence is twice the logarithm of the odds, after paying for parameters and for the number of forms that were "
@@ -78,9 +76,10 @@ def diagnosis_document(name: str, d: Diagnosis) -> Document:
     values, kind = diagnosis_values(d), d.base.observed
     rungs = [Rung(BASE_LABEL, d.base, d.base.held_out_rms)]
     if d.missing:
-        rungs.append(Rung(BOTH, d.told, d.final.held_out_rms))
+        rungs.append(Rung("with what is missing", d.told, d.final.held_out_rms))
     steps = cache(lambda: steps_data(rungs, [m.key for m in d.missing], values[kind.key("floor")]))
     suspected = [(s.channel, s.where) for s in d.suspects]
+    strongest = Chart(lambda: [suspect_chart(d.searched, s, d.floor) for s in d.suspects[:1] if d.missing])
     blind = DataTable("not shown", ("effect", "why"), list(d.blind.items()))
     return Document(
         title=f"postproc diagnose {name}",
@@ -91,7 +90,7 @@ def diagnosis_document(name: str, d: Diagnosis) -> Document:
             _ladder(d, values, steps),
             Section("Also to know", [*doubts(d), *undetermined_sentences(d.told)]),
             _missing_section(d),
-            _remaining_section(d),
+            Section("What remains follows", [strongest, suspect_table(d.suspects)], REMAINING_NOTE),
             *([] if d.hold_out is None else [_hold_out_section(d.hold_out)]),
             *workspace_section(kind.name, "Where it is off", program=bool(d.missing)),
             *channel_sections(d.final, "What the rest follows", suspected, folded=kind.name == "position"),
@@ -261,7 +260,7 @@ def _ladder(d: Diagnosis, values: Values, steps: Any) -> Section:
         some, every = len(d.searched.data), len(d.base.data)
         # Its numbers are held out, its form is not.
         part = f", {some} of {every}; without it {1e3 * d.searched.held_out_rms:.3f}" if some < every else ""
-        rungs.append(Bar(UNNAMED, 1e3 * d.unnamed, CHOSEN + part))
+        rungs.append(Bar("+ what was found, without a name", 1e3 * d.unnamed, CHOSEN + part))
     rungs.append(Bar(ANY_FUNCTION, 1e3 * d.bound))
     bars = Bars(rungs, floor, ANY_FUNCTION, kind.unit, names if len(names) > 1 else ())
 
@@ -295,12 +294,6 @@ def _missing_section(d: Diagnosis) -> Section:
         sigma = 1e3 * np.median(curve.sigma)
         blocks.append(f"joint {curve.joint} along {curve.channel}: {knots}, \N{PLUS-MINUS SIGN} {sigma:.2f}")
     return Section("What is missing", blocks, "`postproc add` writes the model that has it.")
-
-
-def _remaining_section(d: Diagnosis) -> Section:
-    """Return the section with the patterns that no effect explains, with a chart of the strongest."""
-    drawn = Chart(lambda: [suspect_chart(d.searched, s, d.floor) for s in d.suspects[:1] if d.missing])
-    return Section("What remains follows", [drawn, suspect_table(d.suspects)], REMAINING_NOTE + LOOKS)
 
 
 def suspect_table(suspects: Sequence[Any]) -> DataTable:

@@ -27,7 +27,6 @@ MINOR = 0.15  # of the largest, that a coordinate must move to be drawn
 MOST_COORDINATES = 4  # coordinates of one effect
 PREFIXES = {"q": "q", "pose": "q", "v": "v", "a": "a", "approach": "dir", "load": "load", "wrench": "f"}
 CHANNEL_FIELDS = {"q": "q", "v": "v", "a": "a", "dir": "approach", "load": "joint_load"}
-TORQUE = "torque"
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +97,7 @@ def _laws(fit: Fit, effect: Effect, state: State, named: dict[str, Array]) -> li
             continue
         curve = _curve(fit, effect, state, (channel, named[channel]), (amounts, int(k)))
         y = moved[:, k] if loads else moved[:, k] + 1e3 * _residual(fit, int(k))
-        where, unit = (f"{TORQUE} on joint {k + 1}", "N m") if loads else place_name(int(k))
+        where, unit = (f"torque on joint {k + 1}", "N m") if loads else place_name(int(k))
         laws.append(Law(effect.key, where, unit, channel, named[channel], y, curve))
     return laws
 

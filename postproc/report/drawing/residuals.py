@@ -50,7 +50,7 @@ def charts_of(fit: Fit, ranges: Mapping[tuple[str, str], Range]) -> list[str]:
 
 
 def channel_sections(
-    fit: Fit, title: str = "What it follows", first: Iterable[tuple[str, str]] = (), folded: bool = False
+    fit: Fit, title: str, first: Iterable[tuple[str, str]] = (), folded: bool = False
 ) -> list[Section]:
     """Return two sections of charts of the residual: channels that explain at least 3 %, and the rest, folded.
 
