@@ -33,7 +33,7 @@ from postproc.results.fit import excluded_rows, noise_values
 from postproc.results.wording import ANY_FUNCTION
 
 IN_SPACE = (
-    "Columns it the channels that stand out. Points: each pose, less the mean; red: means with their standard errors; "
+    "Beside it the channels that stand out. Points: each pose, less the mean; red: means with their standard errors; "
     "rings: the worst poses; grey: twice the noise."
 )
 GREY = (
