@@ -144,9 +144,8 @@ def read_measurements(file: str | Path, robot: str | Model, column_map: str | Pa
     from postproc.robot.catalogue import load_robot
 
     layout = None if column_map is None else read_source(column_map)
-    if isinstance(robot, Model):
-        return read_table(read_source(file), robot.robot, column_map=layout, terms=Reading(station=robot.station))
-    return read_table(read_source(file), load_robot(robot), column_map=layout)
+    arm, station = (robot.robot, robot.station) if isinstance(robot, Model) else (load_robot(robot), None)
+    return read_table(read_source(file), arm, column_map=layout, terms=Reading(station=station))
 
 
 def compensate(program: Program | str | Path, model: Model, options: Options | None = None) -> Conversion:
@@ -202,10 +201,8 @@ def fit(data: Measurements, robot: str, effects: Sequence[str] = BASE) -> Fit:
     from postproc.model.arm import Model
     from postproc.robot.catalogue import load_robot
 
-    library = effect_library()
-    classes = [find_effect(key, library) for key in effects]
-    nominal = Model(load_robot(robot), robot_name=robot)
-    fitted = fit_effects(nominal, data, classes)
+    classes = [find_effect(key, effect_library()) for key in effects]
+    fitted = fit_effects(Model(load_robot(robot), robot_name=robot), data, classes)
     no_farther_than_nominal(fitted)
     return fitted
 
@@ -249,7 +246,7 @@ def text(result: Result) -> str:
 
 def document(result: Result) -> dict[str, Any]:
     """What ``--json`` prints of a result, as plain values (docs/documents.md)."""
-    from postproc.report.document import plain
+    from postproc.report.blocks import plain
 
     return dict(plain(_shown(result).values))
 

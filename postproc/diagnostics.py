@@ -60,12 +60,7 @@ class Source:
     @cached_property
     def line_starts(self) -> list[int]:
         """Byte offsets at which the lines begin, separated by LF."""
-        starts = [0]
-        at = self.data.find(b"\n")
-        while at >= 0:
-            starts.append(at + 1)
-            at = self.data.find(b"\n", at + 1)
-        return starts
+        return [0, *(feed.end() for feed in re.finditer(b"\n", self.data))]
 
     @cached_property
     def encoding(self) -> str:
@@ -79,21 +74,18 @@ class Source:
     @cached_property
     def _characters(self) -> list[int]:
         """Numbers of characters before every block of ``_BLOCK`` bytes, for fast positions in long lines."""
-        parts = (self.data[at : at + _BLOCK] for at in range(0, len(self.data), _BLOCK))
-        return [0, *accumulate(len(self._character_starts(part)) for part in parts)]
+        begins = range(0, len(self.data), _BLOCK)
+        return [0, *accumulate(self._count_characters(at, at + _BLOCK) for at in begins)]
 
-    def _character_starts(self, part: bytes) -> bytes:
-        """Return the bytes at which a character begins: one for each character.
-
-        Args:
-            part: a part of the file.
-        """
-        return part if self.encoding == "latin-1" else part.translate(None, _CONTINUED)
+    def _count_characters(self, start: int, end: int) -> int:
+        """Return the number of characters that begin between two byte offsets."""
+        part = self.data[start:end]
+        return len(part if self.encoding == "latin-1" else part.translate(None, _CONTINUED))
 
     def _characters_before(self, offset: int) -> int:
         """Return the number of characters before a byte offset."""
         block = min(offset, len(self.data)) // _BLOCK
-        return self._characters[block] + len(self._character_starts(self.data[block * _BLOCK : offset]))
+        return self._characters[block] + self._count_characters(block * _BLOCK, offset)
 
     def row(self, offset: int) -> int:
         """Return the line number, from 1, of a byte offset."""

@@ -47,7 +47,6 @@ def wrapped(text: str, width: int | None, indent: str = "  ") -> str:
             break_long_words=False,
             break_on_hyphens=False,
             replace_whitespace=False,
-            drop_whitespace=True,
         )
     )
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import isfinite
+
 LARGEST_NUMBER = 1e30
 """Products of larger ones could not be formed; nothing that arms or instruments are made of comes near."""
 
@@ -20,3 +22,8 @@ def read_number(text: str) -> float:
 def mm(value: float, decimals: int = 6) -> float:
     """Return metres in millimetres, or radians in milliradians, rounded to some decimals for documents."""
     return round(float(value) * 1e3, decimals)
+
+
+def mm_or_none(value: float | None) -> float | None:
+    """Return what `mm` does, and None where the value is None or not finite."""
+    return None if value is None or not isfinite(value) else mm(value)

@@ -8,13 +8,14 @@ import shlex
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from contextvars import ContextVar
+from json import dumps
 from pathlib import Path
 from typing import Any, TextIO
 
 from postproc import __version__
 from postproc.diagnostics import Diagnostic, visible
 from postproc.excerpt import wrapped
-from postproc.report.document import to_json
+from postproc.report.blocks import plain
 
 COLORS = {"error": "\x1b[1;31m", "warning": "\x1b[1;33m", "info": "\x1b[1;36m"}
 RESET = "\x1b[0m"
@@ -122,10 +123,11 @@ def print_document(document: Mapping[str, Any], form: str = "json", root: Path =
         root: folder at which the paths of its findings start; those of SARIF start at the working folder.
     """
     if form == "sarif":
-        from postproc.report.sarif import findings_in, sarif
+        from postproc.report.sarif import sarif
 
-        findings = findings_in(document)
+        parts = [document, *document.get("tasks", ())]  # of a batch, also those of its tasks
+        findings = [finding for part in parts for finding in part.get("diagnostics", ())]
         document = sarif([f if f["path"] is None else {**f, "path": str(root / f["path"])} for f in findings])
     else:
         document = {"schema": document["schema"], "tool": __version__, **document}
-    print(to_json(document))
+    print(dumps(plain(document), indent=1, allow_nan=False))

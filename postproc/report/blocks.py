@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 Values = Mapping[str, Any]
 """What ``--json`` prints, or a part of it: plain values by key."""
-
-
-@dataclass(frozen=True, slots=True)
-class Sentence:
-    """Prose, with `names` set apart."""
-
-    text: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,13 +76,13 @@ class Bars:
 
     Args:
         floor: the noise, below which no bar can fall, None where it is not known.
-        aside: name of a bar that is drawn in grey, as it is no step from the first bar to the noise.
+        grey: name of a bar that is drawn in grey, as it is no step from the first bar to the noise.
         steps: names of bars at which a click shows their step in the scene of the page.
     """
 
     bars: Sequence[Bar]
     floor: float | None
-    aside: str = ""
+    grey: str = ""
     unit: str = "mm"
     steps: Sequence[str] = ()
 
@@ -114,14 +108,15 @@ class View:
 
 
 @dataclass(frozen=True, slots=True)
-class Beside:
+class Columns:
     """Blocks that stand side by side on a page that is wide enough."""
 
-    left: Sequence[Block]
-    right: Sequence[Block]
+    first: Sequence[Block]
+    second: Sequence[Block]
 
 
-Block = Sentence | DataTable | Bars | Chart | View | Beside
+Block = str | DataTable | Bars | Chart | View | Columns
+"""A text is prose, with `names` set apart."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,3 +175,21 @@ def shown_columns(table: DataTable) -> list[int]:
     """Return the indices of columns in which some row has a value; of all columns for an empty table."""
     every = range(len(table.columns))
     return [k for k in every if any(row[k] is not None and row[k] != "" for row in table.rows) or not table.rows]
+
+
+def plain(value: Any) -> Any:
+    """Convert nested mappings, sequences and arrays to plain Python values; NaN and infinity become None."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(item) for item in value]
+    if hasattr(value, "tolist"):  # numpy arrays and scalars
+        return plain(value.tolist())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def attributes(value: object, *names: str) -> dict[str, Any]:
+    """Return some attributes of a value by name, as an entry of a document or a part of one."""
+    return {name: getattr(value, name) for name in names}

@@ -16,17 +16,16 @@ from postproc import __version__
 from postproc.files import resource
 from postproc.report.blocks import (
     Bars,
-    Beside,
     Block,
     Chart,
+    Columns,
     DataTable,
     Document,
-    Sentence,
     View,
     is_number,
+    plain,
     shown_columns,
 )
-from postproc.report.document import plain
 from postproc.report.drawing.charts import bars
 
 SCRIPTS = {"": ("base", "table"), "steps": ("space", "arm", "steps"), "path": ("space", "arm", "course", "path")}
@@ -43,7 +42,7 @@ def render_page(document: Document) -> str:
         sentence=prose(document.sentence),
         key=[figure for figure in document.figures if figure.value is not None],
         assumed=prose(document.basis),
-        bar=_view(of, scene.controls) if scene is not None and scene.controls else "",
+        bar=render(f"{of}.html.j2", view=scene.controls) if scene is not None and scene.controls else "",
         sections=[
             (section, prose(section.title), prose(section.note), Markup(html)) for section, html in drawn if html
         ],
@@ -64,34 +63,25 @@ def _html(block: Block, scene: str) -> str:
     """Render a block as HTML, empty where it has nothing to show.
 
     Args:
-        scene: name of the page's scene, in which views are drawn.
+        scene: name of the page's scene and of its template, in which views are drawn.
     """
     match block:
-        case Sentence(text):
+        case str(text):
             return f"<p>{prose(text)}</p>"
-        case DataTable():
-            if not block.rows:
-                return ""
-            return _view(scene, block.view) if block.view else table(block)
+        case DataTable() if not block.rows:
+            return ""
+        case DataTable(view=""):
+            return table(block)
+        case DataTable(view=name) | View(name):
+            return render(f"{scene}.html.j2", view=name)
         case Bars():
             return bars(block)
         case Chart(draw, least):
             charts = [chart for chart in draw() if chart]
             return grid(charts, least) if least and charts else "".join(charts)
-        case View(name):
-            return _view(scene, name)
-        case Beside(left, right):
-            sides = ("".join(_html(inside, scene) for inside in side) for side in (left, right))
+        case Columns(first, second):
+            sides = ("".join(_html(inside, scene) for inside in side) for side in (first, second))
             return f'<div class="sides even">{"".join(f"<div>{side}</div>" for side in sides)}</div>'
-
-
-def _view(scene: str, name: str) -> Markup:
-    """Render the element that a scene's scripts fill for a view, with its controls.
-
-    Args:
-        scene: name of the scene and of its template. name: of the view.
-    """
-    return render(f"{scene}.html.j2", view=name)
 
 
 def render(template: str, **values: Any) -> Markup:

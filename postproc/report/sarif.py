@@ -15,55 +15,35 @@ SARIF_LEVELS = {"error": "error", "warning": "warning", "info": "note"}
 
 
 def sarif(findings: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
-    """Return findings as a SARIF log with one run of this tool.
+    """Return findings as a SARIF log with one run of this tool; a finding on stdin or without a file has no location.
 
     Args:
         findings: as documents have them, see ``Diagnostic.as_json``.
     """
-    listed = list(findings)
-    known = explanations()
+    listed, known = list(findings), explanations()
     codes = sorted({finding["code"] for finding in listed})
-    driver = {"name": "postproc", "version": __version__, "rules": [_rule(code, known[code]) for code in codes]}
-    results = [_result(finding, codes.index(finding["code"])) for finding in listed]
+    rules, results = [], []
+    for code in codes:  # the section's heading becomes the title, and its text the help
+        head, _, text = known[code].partition("\n")
+        title = head.removeprefix(f"## {code}").strip()
+        rules.append({"id": code, "shortDescription": {"text": title}, "help": {"text": text.strip() or title}})
+    for finding in listed:
+        code, message, advice = (finding[key] for key in ("code", "message", "help"))
+        result = {"ruleId": code, "ruleIndex": codes.index(code), "level": SARIF_LEVELS[finding["severity"]]}
+        text = f"{message}; {advice}" if advice else message
+        results.append({**result, "message": {"text": text}, "locations": _locations(finding)})
+    driver = {"name": "postproc", "version": __version__, "rules": rules}
     run = {"tool": {"driver": driver}, "columnKind": "unicodeCodePoints", "results": results}
     return {"$schema": SARIF_SCHEMA, "version": "2.1.0", "runs": [run]}
 
 
-def findings_in(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """Return all findings of a document, those of its tasks (in that of a batch) included."""
-    parts = [document, *document.get("tasks", ())]
-    return [finding for part in parts for finding in part.get("diagnostics", ())]
-
-
-def _rule(code: str, explained: str) -> dict[str, Any]:
-    """Return the SARIF rule of a code.
-
-    Args:
-        explained: its section in Markdown, whose heading becomes the title and whose rest the help.
-    """
-    head, _, text = explained.partition("\n")
-    title = head.removeprefix(f"## {code}").strip()
-    return {"id": code, "shortDescription": {"text": title}, "help": {"text": text.strip() or title}}
-
-
-def _result(finding: Mapping[str, Any], rule: int) -> dict[str, Any]:
-    """Return a finding as a SARIF result of the rule with this index."""
-    text = f"{finding['message']}; {finding['help']}" if finding["help"] else finding["message"]
-    result = {"ruleId": finding["code"], "ruleIndex": rule, "level": SARIF_LEVELS[finding["severity"]]}
-    return {**result, "message": {"text": text}, "locations": _locations(finding)}
-
-
 def _locations(finding: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the SARIF locations of a finding; empty for stdin or without a file."""
-    path = finding["path"]
-    if path is None or path.startswith("<"):  # what came from stdin has no name
+    """Return the SARIF locations of a finding: absolute paths as ``file:``, relative ones quoted."""
+    if finding["path"] is None or finding["path"].startswith("<"):  # what came from stdin has no name
         return []
-    place: dict[str, Any] = {"artifactLocation": {"uri": _uri(PurePath(path))}}
+    path = PurePath(finding["path"])
+    uri = path.as_uri() if path.is_absolute() else quote(path.as_posix().encode("utf-8", "surrogateescape"))
+    place: dict[str, Any] = {"artifactLocation": {"uri": uri}}
     if finding["line"] is not None:
         place["region"] = {"startLine": finding["line"], "startColumn": finding["column"]}
     return [{"physicalLocation": place}]
-
-
-def _uri(path: PurePath) -> str:
-    """Return a path as a URI: absolute ones as ``file:``, relative ones quoted."""
-    return path.as_uri() if path.is_absolute() else quote(path.as_posix().encode("utf-8", "surrogateescape"))

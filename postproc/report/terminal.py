@@ -5,19 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from postproc.report.blocks import (
-    Bars,
-    Beside,
-    Block,
-    Chart,
-    DataTable,
-    Document,
-    Section,
-    Sentence,
-    View,
-    is_number,
-    shown_columns,
-)
+from postproc.report.blocks import Bars, Block, Columns, DataTable, Document, is_number, shown_columns
 
 DIGITS = 4
 """Significant digits of the largest number of a column."""
@@ -34,21 +22,13 @@ def render_text(document: Document, every: bool = False) -> str:
     figures = [f"{f.label} {f.text}" for f in known if isinstance(f.value, int) or f.head not in words]
     lines = [*filter(None, (words, ", ".join(figures), document.basis))]
     for section in document.sections:
-        lines += _section(section, every)
+        inside: list[str] = []
+        for block in section.blocks:
+            drawn = list(_lines(block, every))
+            inside += ["", *drawn] if inside and drawn and isinstance(block, DataTable) else drawn
+        if inside:
+            lines += [*(["", f"{section.title}:"] if section.title else []), *inside]
     return "\n".join(lines)
-
-
-def _section(section: Section, every: bool) -> list[str]:
-    """Return the lines of a section under its title; empty where no block has any.
-
-    Args:
-        every: print all rows of tables.
-    """
-    lines: list[str] = []
-    for block in section.blocks:
-        drawn = list(_lines(block, every))
-        lines += ["", *drawn] if lines and drawn and isinstance(block, DataTable) else drawn
-    return [*(["", f"{section.title}:"] if section.title else []), *lines] if lines else []
 
 
 def _lines(block: Block, every: bool) -> Iterator[str]:
@@ -58,27 +38,19 @@ def _lines(block: Block, every: bool) -> Iterator[str]:
         every: print all rows of tables.
     """
     match block:
-        case Sentence(text):
+        case str(text):
             yield text
         case DataTable():
             yield from _table(block, every)
         case Bars():
-            yield from _bars(block)
-        case Beside(left, right):
-            for inside in (*left, *right):
+            rows = [*((level.name, level.value, level.note) for level in block.bars), ("noise", block.floor, "")]
+            width = max(len(name) for name, *_ in rows)
+            for name, value, note in rows:
+                shown = "unknown" if value is None else f"{value:.3f}"
+                yield f"  {name:{width}}  {shown:>8}   {note}".rstrip()
+        case Columns(first, second):
+            for inside in (*first, *second):
                 yield from _lines(inside, every)
-        case Chart() | View():
-            pass
-
-
-def _bars(block: Bars) -> Iterator[str]:
-    """Yield a line for each bar, and one for the noise, with value and note."""
-    rows = [(level.name, level.value, level.note) for level in block.bars]
-    rows.append(("noise", block.floor, ""))
-    width = max(len(name) for name, *_ in rows)
-    for name, value, note in rows:
-        shown = "unknown" if value is None else f"{value:.3f}"
-        yield f"  {name:{width}}  {shown:>8}   {note}".rstrip()
 
 
 def _table(block: DataTable, every: bool) -> Iterator[str]:

@@ -8,7 +8,7 @@ from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import evaluate
 from postproc.identification.add import LEAST_FALL, Addition, FitFigures
 from postproc.numbers import mm
-from postproc.report.blocks import Bar, Bars, Beside, Chart, Document, Figure, Scene, Section, View
+from postproc.report.blocks import Bar, Bars, Chart, Columns, Document, Figure, Scene, Section, View
 from postproc.report.drawing.residuals import channel_sections
 from postproc.report.drawing.steps import Rung, distance_chart, steps_data
 from postproc.results.comparison import workspace_section
@@ -36,46 +36,35 @@ def addition_document(name: str, addition: Addition) -> Document:
     dashed, each = floor if noise else None, f"{kind.unit} per {kind.each}"
     added = list(dict.fromkeys(step.name.removeprefix("+ ") for step in addition.ladder[1:]))
 
+    before, after = (f.rms if fit.drafted else f.held_out_rms for f in (addition.before, fit))
+
     def bar(label: str, error: Fit | FitFigures, share: float | None = None) -> Bar:
         """Return the bar of a fit: on held-out rows with the fitted ones beside it, of drafts on fitted rows alone."""
         if fit.drafted:
             return Bar(label, 1e3 * error.rms)
-        note = f"{1e3 * error.rms:.3f} {kind.unit} in the fit" + _way(share, noise)
+        note = f"{1e3 * error.rms:.3f} {kind.unit} in the fit"
+        if share is not None:
+            note += f", {100 * share:.0f} % of the way to {'the noise' if noise else 'that bound'}"
         return Bar(label, 1e3 * error.held_out_rms, note)
 
     ladder = [bar(step.name if k else BASE_LABEL, step.fit, step.share) for k, step in enumerate(addition.ladder)]
+    bars = Bars(ladder, dashed, unit=kind.unit, steps=[level.name for level in ladder])
+    distances = Chart(lambda: [distance_chart(fit, dashed, held_out=not fit.drafted)])
     without = [bar(f"without {key}", f) for key, f in addition.without.items()]
+    worth = Bars(without, dashed, unit=kind.unit)
     return Document(
         title=f"postproc add {name}",
         values=values,
         sentence=addition_sentence(addition),
         figures=[
-            *(
-                Figure(f"error {when}", mm(f.rms if fit.drafted else f.held_out_rms), when, kind.unit)
-                for when, f in (("before", addition.before), ("after", fit))
-            ),
+            Figure("error before", mm(before), "before", kind.unit),
+            Figure("error after", mm(after), "after", kind.unit),
             Figure("noise" if noise else "any smooth function", floor, unit=kind.unit),
         ],
         sections=[
-            Section(
-                f"The error step by step, {each} on {rows}",
-                [
-                    Beside(
-                        [
-                            Bars(ladder, dashed, unit=kind.unit, steps=[level.name for level in ladder]),
-                            Chart(lambda: [distance_chart(fit, dashed, held_out=not fit.drafted)]),
-                        ],
-                        [View("laws")],
-                    )
-                ],
-                FALL,
-            ),
+            Section(f"The error step by step, {each} on {rows}", [Columns([bars, distances], [View("laws")])], FALL),
             *workspace_section(kind.name, "Where it is off, at this step", program=True),
-            Section(
-                f"What each effect is worth, {each} on {rows}",
-                [Bars(without, dashed, unit=kind.unit)],
-                EACH_NOTE,
-            ),
+            Section(f"What each effect is worth, {each} on {rows}", [worth], EACH_NOTE),
             *channel_sections(fit, "What the rest follows", folded=True),
             Section("What to know of this fit", known_of(fit)),
             Section("Parameters", [parameter_table(fit, [e.key for e in fit.model.effects], brief=True)], folded=True),
@@ -97,38 +86,28 @@ def addition_values(addition: Addition) -> dict[str, Any]:
 def addition_sentence(addition: Addition) -> str:
     """Say how far the error falls with the added effects, and what to do next."""
     first, last = 1e3 * addition.before.held_out_rms, 1e3 * addition.fit.held_out_rms
-    unit, each = addition.fit.observed.unit, addition.fit.observed.each
+    each = f"{addition.fit.observed.unit} per {addition.fit.observed.each}"
     known = addition.fit.parts.level is not None
-    floor = "the noise is" if known else "any smooth function of the channels would leave"
-    names = " and ".join(f"`{s.name.removeprefix('+ ')}`" for s in addition.ladder[1:])
+    bound = "the noise is" if known else "any smooth function of the channels would leave"
+    floor = f"{bound} {1e3 * addition.floor:.3f} {addition.fit.observed.unit}"
     if addition.fit.drafted:
         first, last = 1e3 * addition.before.rms, 1e3 * addition.fit.rms
-        falls = f"In the fit the error falls from {first:.3f} to {last:.3f} {unit} per {each}"
-        seen = (
-            "The formula of a draft is chosen on all rows: what it is worth elsewhere, another table tells (`compare`)."
+        return (
+            f"In the fit the error falls from {first:.3f} to {last:.3f} {each}; {floor}. The formula of a draft is "
+            "chosen on all rows: what it is worth elsewhere, another table tells (`compare`)."
         )
-        return f"{falls}; {floor} {1e3 * addition.floor:.3f} {unit}. {seen}"
+    names = " and ".join(f"`{s.name.removeprefix('+ ')}`" for s in addition.ladder[1:])
     share, unseen = addition.ladder[-1].share, "on rows that the fit has not seen"
-    falls = f"the error falls from {first:.3f} to {last:.3f} {unit} per {each}"
-    helps, text = True, f"O{unseen[1:]}, {falls}"
+    falls = f"the error falls from {first:.3f} to {last:.3f} {each}"
+    then = "Keep the model as it was, and ask `diagnose` what it lacks."
     if last >= (1 - LEAST_FALL) * first:
-        helps, text = False, f"Adding {names} does not help: {unseen}, the error is {last:.3f} {unit} per {each}, "
-        text += f"{first:.3f} before"
+        text = f"Adding {names} does not help: {unseen}, the error is {last:.3f} {each}, {first:.3f} before"
     elif share is not None and share < HARDLY_ANY:
-        helps, text = False, f"Adding {names} hardly helps: {unseen}, {falls}"
-    then = "The next `compensate` with this model corrects what it now predicts."
-    if not helps:
-        then = "Keep the model as it was, and ask `diagnose` what it lacks."
-    return f"{text}; {floor} {1e3 * addition.floor:.3f} {unit}. {then}"
-
-
-def _way(share: float | None, noise: bool) -> str:
-    """Return ``, 80 % of the way to the noise``: what a step achieves of the possible improvement; empty for None.
-
-    Args:
-        share: that part, as a fraction. noise: the noise is known; otherwise the goal is a smooth function's error.
-    """
-    return "" if share is None else f", {100 * share:.0f} % of the way to {'the noise' if noise else 'that bound'}"
+        text = f"Adding {names} hardly helps: {unseen}, {falls}"
+    else:
+        text = f"O{unseen[1:]}, {falls}"
+        then = "The next `compensate` with this model corrects what it now predicts."
+    return f"{text}; {floor}. {then}"
 
 
 def _rungs(addition: Addition) -> list[Rung]:

@@ -11,27 +11,25 @@ from postproc.estimation.findings import some_of_many
 from postproc.identification.compare import Comparison, sizes, worst_rows
 from postproc.identification.trends import Trend
 from postproc.measure.errors import rms
-from postproc.measure.iso9283 import Iso9283
-from postproc.numbers import mm
+from postproc.numbers import mm, mm_or_none
 from postproc.report.blocks import (
     Bar,
     Bars,
-    Beside,
     Block,
     Chart,
+    Columns,
     DataTable,
     Document,
     Figure,
     Scene,
     Section,
-    Sentence,
     Values,
     View,
 )
 from postproc.report.drawing.laws import law_charts, laws_of
 from postproc.report.drawing.residuals import channel_sections
 from postproc.report.drawing.steps import Rung, distance_chart, steps_data
-from postproc.results.fit import left_out, noise_values
+from postproc.results.fit import excluded_rows, noise_values
 from postproc.results.wording import ANY_FUNCTION
 
 IN_SPACE = (
@@ -54,41 +52,34 @@ def comparison_document(name: str, comparison: Comparison) -> Document:
     """
     values, fit, kind = comparison_values(comparison), comparison.fit, comparison.fit.observed
     noise, each = values[kind.key("noise")], f"{kind.unit} per {kind.each}"
-    levels = [Bar("this model", values[kind.key("rms")]), Bar(ANY_FUNCTION, values[kind.key("bound")])]
+    worst = [(w["pose_id"], w["row"], w.get("file"), w[kind.key("error")]) for w in values["worst"]]
+    follows = [(t["channel"], t["where"], f"{100 * t['share']:.0f} %") for t in values["channels"]]
+    worst_columns = ("pose", "row", "file", f"off [{kind.unit}]")
+    worst_poses = DataTable("worst poses", worst_columns, worst, range(min(WORST, len(worst))), view="worst")
+    followed = DataTable("shares", ("channel", "at", "explains"), follows, range(min(FOLLOWED, len(follows))))
+    error, bound = values[kind.key("rms")], values[kind.key("bound")]
+    bars = Bars([Bar("this model", error), Bar(ANY_FUNCTION, bound)], noise, ANY_FUNCTION, kind.unit)
+    distances = Chart(lambda: [distance_chart(fit, noise, held_out=False)])
+    laws = Chart(lambda: law_charts(laws_of(fit, [e.key for e in fit.model.effects])), 320)
+    many = [f"{d.message[0].upper()}{d.message[1:]}." for d in some_of_many(fit.data)]
+    known = [_without_physics(error, bound, noise, each), *many, *excluded_rows(fit)]
     return Document(
         title=f"postproc compare {name}",
         values=values,
         sentence=_sentence(comparison, values),
         figures=[
             Figure("mean distance", values[kind.key("mean")], unit=kind.unit),
-            Figure(f"rms per {kind.each}", values[kind.key("rms")], "before", kind.unit),
+            Figure(f"rms per {kind.each}", error, "before", kind.unit),
             Figure(f"noise per {kind.each}", noise, unit=kind.unit),
         ],
         sections=[
-            Section(
-                f"How far, and how far it could be, rms in {each}",
-                [
-                    Beside(
-                        [Bars(levels, noise, ANY_FUNCTION, kind.unit)],
-                        [Chart(lambda: [distance_chart(fit, noise, held_out=False)])],
-                    ),
-                    Sentence(_without_physics(values[kind.key("rms")], values[kind.key("bound")], noise, each)),
-                    *(Sentence(f"{d.message[0].upper()}{d.message[1:]}.") for d in some_of_many(fit.data)),
-                    *left_out(fit),
-                ],
-                GREY,
-            ),
+            Section(f"How far, and how far it could be, rms in {each}", [Columns([bars], [distances]), *known], GREY),
             *workspace_section(kind.name, "Where it is off"),
-            Section("Worst poses", [_worst(values, kind.key("error"), kind.unit)]),
+            Section("Worst poses", [worst_poses]),
             *channel_sections(fit, "What it follows: every channel", folded=kind.name == "position"),
             Section("Figures", _figures(values, comparison)),
-            Section(
-                "Laws that the model holds",
-                [Chart(lambda: law_charts(laws_of(fit, [e.key for e in fit.model.effects])), 320)],
-                "At these poses.",
-                folded=True,
-            ),
-            Section("What the residual follows: share of its variance above chance", [_follows(values)], folded=True),
+            Section("Laws that the model holds", [laws], "At these poses.", folded=True),
+            Section("What the residual follows: share of its variance above chance", [followed], folded=True),
         ],
         scene=Scene("steps", lambda: steps_data([Rung("this model", fit, fit.rms)], (), noise)),
     )
@@ -97,27 +88,39 @@ def comparison_document(name: str, comparison: Comparison) -> Document:
 def comparison_values(comparison: Comparison) -> Values:
     """Return the ``postproc/compare/1`` document; keys of figures end in the unit of what was observed."""
     data, kind, length = comparison.fit.data, comparison.fit.observed, comparison.sizes * 1e3
-    key, good = kind.key, np.isfinite(length)
+    key, good, iso = kind.key, np.isfinite(length), comparison.iso
+    known = length[good] if good.any() else np.zeros(1)
     far = sizes(comparison.fit.observed_error, kind) * 1e3
-    p50, p95, p99 = np.percentile(length[good], [50, 95, 99]) if good.any() else (0.0, 0.0, 0.0)
+    names = [str(j) for j in range(1, 7)] if kind.name == "joint" else "xyz"
+    axes = zip(names, comparison.error.T, strict=True)
+    measured = [(name, column[np.isfinite(column)]) for name, column in axes]
     kept = np.isin(np.arange(len(data)), comparison.fit.set_aside, invert=True)
     rotation = comparison.fit.problem.error[kept, 3:6] if data.rotation is not None else None
     space = kind.name == "position"
+    iso_values = {
+        "accuracy_mean_mm": round(iso.accuracy_mean, 6),
+        "accuracy_max_mm": round(iso.accuracy_max, 6),
+        "repeatability_median_mm": iso.repeatability_median,
+        "repeatability_max_mm": iso.repeatability_max,
+        "repeated_poses": iso.poses,
+    }
     return {
         "schema": "postproc/compare/1",
         "observed": kind.name,
         "rows": len(data),
         "set_aside_rows": [row for _, row in comparison.fit.left_out],
         key("rms"): mm(rms(comparison.error)),
-        **({"rms_3d_mm": round(float(np.sqrt(np.mean(length[good] ** 2))), 6) if good.any() else 0.0} if space else {}),
-        key("mean"): round(float(np.mean(length[good])), 6) if good.any() else 0.0,
-        key("maximum"): round(float(np.max(length[good])), 6) if good.any() else 0.0,
-        key("percentiles"): {"50": round(float(p50), 6), "95": round(float(p95), 6), "99": round(float(p99), 6)},
-        key(f"per_{kind.each}"): _each(comparison),
+        **({"rms_3d_mm": round(float(np.sqrt(np.mean(known**2))), 6)} if space else {}),
+        key("mean"): round(float(np.mean(known)), 6),
+        key("maximum"): round(float(np.max(known)), 6),
+        key("percentiles"): {str(p): round(float(np.percentile(known, p)), 6) for p in (50, 95, 99)},
+        key(f"per_{kind.each}"): {
+            name: {"rms": mm(rms(column)), "mean": mm(float(column.mean()))} for name, column in measured if len(column)
+        },
         **({"rotation_rms_mrad": None if rotation is None else round(1e3 * rms(rotation), 6)} if space else {}),
-        **({"iso9283": _iso_json(comparison.iso)} if space else {}),
+        **({"iso9283": iso_values} if space else {}),
         **noise_values(comparison.fit),
-        key("floor"): None if comparison.fit.parts.level is None else mm(comparison.fit.parts.level),
+        key("floor"): mm_or_none(comparison.fit.parts.level),
         key("bound"): mm(comparison.bound),
         "worst": [
             {
@@ -148,25 +151,6 @@ def _trend_values(trend: Trend) -> Values:
     }
 
 
-def _each(comparison: Comparison) -> dict[str, dict[str, float]]:
-    """Return rms and mean of the error [mm or mrad] by axis (``x``) or joint (``1``), without those not measured."""
-    names = [str(j) for j in range(1, 7)] if comparison.fit.observed.name == "joint" else "xyz"
-    pairs = zip(names, comparison.error.T, strict=True)
-    some = [(name, column[np.isfinite(column)]) for name, column in pairs]
-    return {name: {"rms": mm(rms(column)), "mean": mm(float(column.mean()))} for name, column in some if len(column)}
-
-
-def _iso_json(iso: Iso9283) -> Values:
-    """Return the ISO 9283 figures [mm] as the entry ``iso9283`` of the document."""
-    return {
-        "accuracy_mean_mm": round(iso.accuracy_mean, 6),
-        "accuracy_max_mm": round(iso.accuracy_max, 6),
-        "repeatability_median_mm": iso.repeatability_median,
-        "repeatability_max_mm": iso.repeatability_max,
-        "repeated_poses": iso.poses,
-    }
-
-
 def workspace_section(observed: str, title: str, program: bool = False) -> list[Section]:
     """Return the section of the residual in space; an empty list where no position was measured.
 
@@ -187,23 +171,15 @@ def _sentence(comparison: Comparison, values: Values) -> str:
     noise, axes = values[kind.key("noise")], values[kind.key(f"per_{kind.each}")]
     noise_text = "the noise is not known" if noise is None else f"the noise is {noise:.3f} {kind.unit} per {kind.each}"
     subject = {"position": "The arm is", "orientation": "The flange is turned", "joint": "The worst joint is"}
+    rows = values["set_aside_rows"]
+    some = "a row that lies" if len(rows) == 1 else f"{len(rows)} rows that lie"
+    without = f", without {some} far from everything else" if rows else ""
     along = f" along {' and '.join(axes)}" if kind.name == "position" and len(axes) in (1, 2) else ""
     return (
         f"{subject[kind.name]} {values[kind.key('mean')]:.3f} {kind.unit} from where the model says{along}, "
         f"{values[kind.key('maximum')]:.3f} {kind.unit} at worst (rms {values[kind.key('rms')]:.3f} {kind.unit} per "
-        f"{kind.each}){_without(values['set_aside_rows'])}; {noise_text}."
+        f"{kind.each}){without}; {noise_text}."
     )
-
-
-def _without(rows: list[int]) -> str:
-    """Return a clause on how many outlying rows the figures leave out; empty for none.
-
-    Args:
-        rows: numbers of these rows in the table.
-    """
-    if not rows:
-        return ""
-    return f", without {'a row that lies' if len(rows) == 1 else f'{len(rows)} rows that lie'} far from everything else"
 
 
 def _without_physics(error: float, bound: float, noise: float | None, unit: str) -> str:
@@ -216,25 +192,10 @@ def _without_physics(error: float, bound: float, noise: float | None, unit: str)
     if noise is not None and error < 1.2 * noise:
         return "What is left is of the size of the noise."
     if bound > 0.9 * error:
-        return (
-            "No free function of the channels does much better; `postproc diagnose` also looks for steps, waves and "
-            "lost motion."
-        )
-    return (
-        f"A free function of the channels, without physics, brings it to {bound:.3f} {unit} on rows that "
-        "it has not seen."
-    )
-
-
-def _worst(values: Values, error: str, unit: str) -> DataTable:
-    """Return the table of the worst poses.
-
-    Args:
-        values: the document. error: key of the error in an entry of ``worst``. unit: of that error.
-    """
-    rows = [(w["pose_id"], w["row"], w.get("file"), w[error]) for w in values["worst"]]
-    columns = ("pose", "row", "file", f"off [{unit}]")
-    return DataTable("worst poses", columns, rows, range(min(WORST, len(rows))), view="worst")
+        others = "`postproc diagnose` also looks for steps, waves and lost motion"
+        return f"No free function of the channels does much better; {others}."
+    lowered = f"brings it to {bound:.3f} {unit} on rows that it has not seen"
+    return f"A free function of the channels, without physics, {lowered}."
 
 
 def _figures(values: Values, comparison: Comparison) -> list[Block]:
@@ -265,22 +226,6 @@ def iso_figures(values: Values) -> list[tuple[str, Any]]:
     Args:
         values: the document of the comparison.
     """
-    iso = values.get("iso9283")
-    if not iso:
-        return []
-    return [
-        ("ISO 9283 pose accuracy AP, mean", iso["accuracy_mean_mm"]),
-        ("ISO 9283 pose accuracy AP, largest", iso["accuracy_max_mm"]),
-        ("ISO 9283 pose repeatability RP, median", iso["repeatability_median_mm"]),
-        ("ISO 9283 pose repeatability RP, largest", iso["repeatability_max_mm"]),
-    ]
-
-
-def _follows(values: Values) -> DataTable:
-    """Return a table of the share of the residual's variance that each channel explains.
-
-    Args:
-        values: the document of the comparison.
-    """
-    rows = [(t["channel"], t["where"], f"{100 * t['share']:.0f} %") for t in values["channels"]]
-    return DataTable("shares", ("channel", "at", "explains"), rows, range(min(FOLLOWED, len(rows))))
+    labels = ("accuracy AP, mean", "accuracy AP, largest", "repeatability RP, median", "repeatability RP, largest")
+    figures = values.get("iso9283", {}).values()
+    return [(f"ISO 9283 pose {label}", value) for label, value in zip(labels, figures, strict=False)]

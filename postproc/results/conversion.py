@@ -10,12 +10,11 @@ from typing import Any
 from postproc import __version__
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.judgement.accuracy import estimated_stiffness
-from postproc.compensation.judgement.figures import PathFigures
 from postproc.compensation.judgement.seams import Seam
 from postproc.compensation.text.values import StatementOutcome
 from postproc.diagnostics import Diagnostic, Matter
 from postproc.numbers import mm
-from postproc.report.blocks import DataTable, Document, Figure, Scene, Section, Values, View
+from postproc.report.blocks import DataTable, Document, Figure, Scene, Section, Values, View, attributes
 from postproc.results.under_load import undetermined_text, undetermined_values
 from postproc.results.work_objects import from_programmed_path, rigid_shift_values, work_object_section
 
@@ -28,8 +27,8 @@ ACROSS = (
 IN_SPACE_NOTE = (
     "Pick a seam, a statement, a line of the program or a place in a picture: all of them show the same place."
 )
+CHECKED = "What `compensate` found with the function on targets of its region; lengths in mm."
 JOINTS_NOTE = "Torques of a rigid arm, under its own weight and the loads."
-ALONG = "along lines and arcs"
 FINDING_COLUMNS = ("line", "severity", "code", "what", "what to do")
 STATEMENT = ("line", "routine", "instruction", "status", "reason")
 LONG_S = 7200.0  # from here on hours are told
@@ -53,7 +52,16 @@ def conversion_document(name: str, conversion: Conversion, made: Mapping[str, st
         name: of the program. made: what it was converted with (model, loads, options) as label and text.
     """
     values, moved = conversion.report, conversion.plan is not None
-    findings = [(d["line"], d["severity"], d["code"], d["message"], d["help"]) for d in values["diagnostics"]]
+    findings = [[d[key] for key in ("line", "severity", "code", "message", "help")] for d in values["diagnostics"]]
+    seams = [[seam[key] for key in SEAM] for seam in values.get("welds", ())]
+    of_seams = DataTable("seams", list(SEAM.values()), seams, view="seams")
+    statements = [[row[key] for key in STATEMENT] for row in values["statements"]]
+    shown = "statements" if moved else ""  # a page shows them beside its picture of the path
+    checked = [
+        (key.removesuffix("_mm").replace("_", " "), value)
+        for key, value in (values.get("run_time") or {}).items()
+        if value is not None
+    ]
     facts = {**({"arm": values["robot"]} if moved else {}), **(made or {})}
     return Document(
         title=f"postproc compensate {name}",
@@ -62,14 +70,14 @@ def conversion_document(name: str, conversion: Conversion, made: Mapping[str, st
         figures=_figures(values) if moved else (),
         basis=_basis(conversion, made or {}) if moved else "",
         sections=[
-            Section("Seam by seam", [_seams(values)], "The largest deviation while the arc burns."),
+            Section("Seam by seam", [of_seams], "The largest deviation while the arc burns."),
             Section("Where", [View("space")] if moved else [], IN_SPACE_NOTE),
             Section("How far off, along the path", [View("deviation")] if moved else [], ACROSS),
             work_object_section(values),
-            Section("Every motion statement", [_statements(values, moved)]),
+            Section("Every motion statement", [DataTable("statements", STATEMENT, statements, (), view=shown)]),
             Section("Joints", [View("joints")] if moved else [], JOINTS_NOTE),
             Section("Findings", [DataTable("findings", FINDING_COLUMNS, findings, brief=())]),
-            _run_time(values.get("run_time") or {}),
+            Section("Corrected on the controller", [DataTable("run time", ("what", "value"), checked)], CHECKED),
             made_section(facts),
         ],
         scene=Scene("path", lambda: _path(conversion)) if moved else None,
@@ -85,6 +93,11 @@ def conversion_values(conversion: Conversion) -> dict[str, Any]:
     figures, accuracy, limits = judged.figures, judged.accuracy, judged.limits
     welds = [o for o in judged.outcomes if o.statement.signature.phase]
     sure = accuracy and {"sigma_mm": _mm(accuracy.sigma), "within_95_percent_mm": _mm(accuracy.within_95)}
+    drawn = judged.drawn  # where the arc burns, if it does, else along lines
+    programmed = drawn and {
+        "before_mm": _mm(drawn.before if drawn.arc_before is None else drawn.arc_before),
+        "after_mm": _mm(drawn.after if drawn.arc is None else drawn.arc),
+    }
     return {
         "schema": CONVERSION_SCHEMA,
         "tool": __version__,
@@ -116,15 +129,8 @@ def conversion_values(conversion: Conversion) -> dict[str, Any]:
         "expected_remaining_fraction": judged.remaining,
         "run_time": judged.run_time and asdict(judged.run_time),
         "rigid_shift": [*map(rigid_shift_values, judged.shifts)],
-        "from_programmed_path": judged.drawn and _drawn_values(judged.drawn),
+        "from_programmed_path": programmed,
     }
-
-
-def _drawn_values(drawn: PathFigures) -> Values:
-    """Return the largest deviations from the path as programmed: where the arc burns, if it does, else along lines."""
-    known = drawn.arc_before is not None and drawn.arc is not None
-    before, after = (drawn.arc_before, drawn.arc) if known else (drawn.before, drawn.after)
-    return {"before_mm": _mm(before or 0.0), "after_mm": _mm(after or 0.0)}
 
 
 def _statement_values(outcome: StatementOutcome) -> Values:
@@ -132,16 +138,8 @@ def _statement_values(outcome: StatementOutcome) -> Values:
     statement = outcome.statement
     return {
         "path": statement.source.path,
-        "line": statement.line,
-        "module": statement.module,
-        "routine": statement.routine,
-        "instruction": statement.instruction,
-        "status": outcome.status,
-        "reason": outcome.reason,
-        "edited": outcome.edited,
-        "conf_changed": outcome.conf_changed,
-        "shift_mm": outcome.shift_mm,
-        "residual_mm": outcome.residual_mm,
+        **attributes(statement, "line", "module", "routine", "instruction"),
+        **attributes(outcome, "status", "reason", "edited", "conf_changed", "shift_mm", "residual_mm"),
     }
 
 
@@ -154,9 +152,7 @@ def _seam_values(seam: Seam) -> Values:
         "line_from": first.line,
         "line_to": last.line,
         "length_mm": round(seam.length_mm, 1),
-        "before_mm": seam.before_mm,
-        "after_mm": seam.after_mm,
-        "added_targets": seam.added_targets,
+        **attributes(seam, "before_mm", "after_mm", "added_targets"),
         "left": len(seam.left),
     }
 
@@ -176,22 +172,6 @@ def made_section(made: Mapping[str, str]) -> Section:
     return Section("How this was made", [DataTable("how this was made", ("what", "with"), rows, brief=())], folded=True)
 
 
-def _seams(values: Values) -> DataTable:
-    """Return the table of seams with their deviations, from the document of the conversion."""
-    rows = [[seam[key] for key in SEAM] for seam in values.get("welds", ())]
-    return DataTable("seams", list(SEAM.values()), rows, view="seams")
-
-
-def _statements(values: Values, moved: bool) -> DataTable:
-    """Return the table of motion statements from the document.
-
-    Args:
-        moved: the motion is known, so that a page shows the table beside its picture of the path.
-    """
-    rows = [[row[key] for key in STATEMENT] for row in values["statements"]]
-    return DataTable("statements", STATEMENT, rows, (), view="statements" if moved else "")
-
-
 def _path(conversion: Conversion) -> Values:
     """Return the numbers from which a page draws the path of a conversion that has a plan."""
     from postproc.report.drawing.path import path_data
@@ -205,32 +185,20 @@ def _figures(values: Values) -> list[Figure]:
     Args:
         values: the document of the conversion.
     """
-    arc, where = _main_figures(values)
+    before, after, where = _main_figures(values) if values["measured_statements"] else (None, None, "")
     words = {"compensated": "corrected", "run_time": "at run time", "unchanged": "unchanged"}
-    counts = [f"{count} {word}" for status, word in words.items() if (count := _count(values, status))]
-    before, after = (values[f"max_{arc}error_{when}_mm"] for when in ("before", "after"))
-    known = bool(values["measured_statements"])
+    counts = _counts(values)
+    some = [f"{counts[status]} {word}" for status, word in words.items() if counts[status]]
     return [
-        Figure(f"before, {where}", before if known else None, "before"),
-        Figure(f"after, {where}", after if known else None, "after"),
-        Figure("motion statements", ", ".join([*counts, f"{_count(values, 'skipped')} left"])),
+        Figure(f"before, {where}", before, "before"),
+        Figure(f"after, {where}", after, "after"),
+        Figure("motion statements", ", ".join([*some, f"{counts['skipped']} left"])),
     ]
 
 
-def _run_time(figures: Values) -> Section:
-    """Return the section on the module that corrects targets on the controller: what its check found.
-
-    Args:
-        figures: ``run_time`` of the document; empty without such a module, and then the section has nothing to show.
-    """
-    rows = [(key.removesuffix("_mm").replace("_", " "), value) for key, value in figures.items() if value is not None]
-    note = "What `compensate` found with the function on targets of its region; lengths in mm."
-    return Section("Corrected on the controller", [DataTable("run time", ("what", "value"), rows)], note)
-
-
-def _count(document: Values, status: str) -> int:
-    """Return how many statements of a document have a status."""
-    return sum(row["status"] == status for row in document["statements"])
+def _counts(values: Values) -> Counter[str]:
+    """Return the numbers of statements of a document by status."""
+    return Counter(row["status"] for row in values["statements"])
 
 
 def _basis(conversion: Conversion, made: Mapping[str, str]) -> str:
@@ -247,24 +215,20 @@ def _basis(conversion: Conversion, made: Mapping[str, str]) -> str:
         else unknown_accuracy(conversion.diagnostics)
     )
     before, after = values["max_error_before_mm"], values["max_error_after_mm"]
-    air = [f"with moves in the air {after:.3f} mm of {before:.3f} mm remain"] if _main_figures(values)[0] else []
+    air = [f"with moves in the air {after:.3f} mm of {before:.3f} mm remain"]
+    seconds = values["cycle_time_s"]
     parts = [
         f"Arm `{values['robot']}`" + (f", {made['model']}" if "model" in made else ""),
         f"tolerance {values['tolerance_mm']:g} mm, {values['air_tolerance_mm']:g} mm in the air",
         f"scope {values['scope']}",
         f"{values['added_targets']} target{'s' * (values['added_targets'] != 1)} added",
         *_confdata(values),
-        f"cycle time {_duration(values['cycle_time_s'])}",
-        *air,
+        "cycle time " + (f"{seconds:.1f} s" if seconds < LONG_S else f"{seconds / 3600:.1f} h"),
+        *(air if values["max_arc_error_after_mm"] is not None else []),
         sure,
     ]
     accuracy = None if conversion.judged is None else conversion.judged.accuracy
     return "; ".join(parts) + "." + ("" if accuracy is None else undetermined_text(accuracy))
-
-
-def _duration(seconds: float) -> str:
-    """Return a time as people read it: in seconds, or in hours where it is long."""
-    return f"{seconds:.1f} s" if seconds < LONG_S else f"{seconds / 3600:.1f} h"
 
 
 def _confdata(values: Values) -> list[str]:
@@ -297,18 +261,19 @@ def _sentence(conversion: Conversion) -> str:
     welds = [o for o in conversion.outcomes if o.statement.signature.phase]
     reasons = Counter(o.reason for o in welds if o.status == "skipped")
     if not reasons or any(o.status in CORRECTED for o in welds):
-        return _rest(conversion)
-    return f"No weld was corrected: {reasons.most_common(1)[0][0]}. {_rest(conversion)}"
+        return _outcome_text(conversion)
+    return f"No weld was corrected: {reasons.most_common(1)[0][0]}. {_outcome_text(conversion)}"
 
 
-def _rest(conversion: Conversion) -> str:
+def _outcome_text(conversion: Conversion) -> str:
     """Say what became of the statements: the deviation before and after, or why nothing was corrected."""
     values = conversion.report
     if not conversion.outputs:
         return "The program is not safe to compensate; no program was written."
     if conversion.plan is None and conversion.module is None:
         return "Nothing moves: the program is written as it is."
-    through, corrected = _count(values, "run_time"), _count(values, "compensated")
+    counts = _counts(values)
+    through, corrected = counts["run_time"], counts["compensated"]
     what = "1 motion statement is" if through == 1 else f"{through} motion statements are"
     on_controller = (
         f"{what} corrected on the controller, where {'its' if through == 1 else 'their'} targets become known."
@@ -317,9 +282,9 @@ def _rest(conversion: Conversion) -> str:
         return f"{on_controller}{_unmeasured(values)}"
     if not corrected:
         return f"Nothing was corrected.{_unmeasured(values)}"
-    arc, where = _main_figures(values)
-    before, after = values[f"max_{arc}error_before_mm"], values[f"max_{arc}error_after_mm"]
-    unsteady = unsteady_deviations(values)
+    before, after, where = _main_figures(values)
+    places = (("max_transient_mm", "while the speed changes"), ("max_transition_mm", "where the correction jumps"))
+    unsteady = [f"{values[key]:.3f} mm {place}" for key, place in places if values[key] > values["tolerance_mm"]]
     fell = f"At most {after:.3f} mm of deviation remain {where}{' at steady speed' if unsteady else ''}, "
     fell += f"where there were {before:.3f} mm{'; up to ' * bool(unsteady)}{' and '.join(unsteady)}."
     if not values["measured_statements"]:
@@ -328,18 +293,10 @@ def _rest(conversion: Conversion) -> str:
         )
     count = values["unproved_statements"]
     doubt = f" {count} of these statements also run where they cannot be followed: what remains there is not proved."
-    estimated = f" On the arm: {estimate}." if (estimate := stiffness_estimate(values).replace("`", "")) else ""
+    estimate = estimated_stiffness(values["expected_remaining_fraction"], values["max_error_before_mm"])
+    estimated = f" On the arm: {estimate.replace('`', '')}." if estimate else ""
     fell += from_programmed_path(values)
     return "".join([fell, _unmeasured(values), doubt * bool(count), f" {on_controller}" * bool(through), estimated])
-
-
-def stiffness_estimate(values: Values) -> str:
-    """Say how much deflection remains if the stiffness is only estimated; empty if it is known.
-
-    Args:
-        values: the document of the conversion.
-    """
-    return estimated_stiffness(values["expected_remaining_fraction"], values["max_error_before_mm"])
 
 
 def _unmeasured(values: Values) -> str:
@@ -353,33 +310,12 @@ def _unmeasured(values: Values) -> str:
     return f" {what} in no figure: where they begin or end is not known." if count else ""
 
 
-def shown_on_the_arm(document: Values, tolerance_mm: float) -> bool:
-    """Tell whether a tolerance [mm] is kept on the real arm: by remaining deviation plus the fitted model's 95 % error.
-
-    False for a model that was not fitted. The deviation is that in welds, if there are any.
+def _main_figures(values: Values) -> tuple[float, float, str]:
+    """Return the deviations that count, before and after, and where: in welds if there are any, else in all.
 
     Args:
-        document: that of the conversion.
+        values: the document of the conversion.
     """
-    known, after = document["expected_accuracy"], document["max_arc_error_after_mm"]
-    after = document["max_error_after_mm"] if after is None else after
-    return known is not None and after + known["within_95_percent_mm"] <= tolerance_mm
-
-
-def unsteady_deviations(document: Values) -> list[str]:
-    """List, as phrases, deviations above the tolerance at changes of speed and at jumps of the correction.
-
-    Args:
-        document: that of the conversion.
-    """
-    places = (("max_transient_mm", "while the speed changes"), ("max_transition_mm", "where the correction jumps"))
-    return [f"{document[key]:.3f} mm {where}" for key, where in places if document[key] > document["tolerance_mm"]]
-
-
-def _main_figures(document: Values) -> tuple[str, str]:
-    """Return which figures count, as prefix of their keys and words for where: in welds if there are any, else all.
-
-    Args:
-        document: that of the conversion.
-    """
-    return ("arc_", "while the arc burns") if document["max_arc_error_after_mm"] is not None else ("", ALONG)
+    welds = values["max_arc_error_after_mm"] is not None
+    before, after = (values[f"max_{'arc_' * welds}error_{when}_mm"] for when in ("before", "after"))
+    return before, after, "while the arc burns" if welds else "along lines and arcs"

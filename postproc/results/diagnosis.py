@@ -16,19 +16,18 @@ from postproc.grouping import grouped
 from postproc.identification.candidates.candidate import Candidate
 from postproc.identification.diagnosis import Diagnosis, Intervention
 from postproc.identification.joint_curves import JointCurve, curves
-from postproc.numbers import mm
+from postproc.numbers import mm, mm_or_none
 from postproc.report.blocks import (
     Bar,
     Bars,
-    Beside,
     Block,
     Chart,
+    Columns,
     DataTable,
     Document,
     Figure,
     Scene,
     Section,
-    Sentence,
     Values,
     View,
 )
@@ -46,7 +45,6 @@ from postproc.results.fit import (
 from postproc.results.sentences import MOST_RIVALS_NAMED, doubts, headline, title
 from postproc.results.wording import ANY_FUNCTION, p_text, place
 
-UNNAMED = "+ what was found, without a name"
 CHOSEN = "at best: its form was chosen on these rows"
 TELLING_CHANCE = 0.05
 """Chance below which a candidate stands in the ranking on the terminal; the first FEWEST and no more than MOST do.
@@ -55,13 +53,13 @@ Those of the user's own always do.
 """
 FEWEST, MOST = 3, 8
 LIBRARY = frozenset(cls.key for cls in BUILT_IN)
-BOTH = "with what is missing"
+BLIND = "This data could not have shown (`postproc effects show KEY` says what to measure)"
 NOISE = "The dashed line is the noise: no model can be expected below it. "
 GREY_NOTE = "Grey: what a smooth function of all channels, without physics, reaches."
-REMAINING_NOTE = "Of what the final model leaves above the noise; strongest first."
-LOOKS = (
-    " The chart shows the first without the share that the fitted parameters have taken on. `postproc diagnose --draft "
-    "OWN.py` writes it as an effect, `postproc add` adds it."
+REMAINING_NOTE = (
+    "Of what the final model leaves above the noise; strongest first. The chart shows the first without the share that "
+    "the fitted parameters have taken on. `postproc diagnose --draft OWN.py` writes it as an effect, `postproc add` "
+    "adds it."
 )
 RANKED = (
     "Evidence is twice the logarithm of the odds, after paying for parameters and for the number of forms that were "
@@ -78,9 +76,10 @@ def diagnosis_document(name: str, d: Diagnosis) -> Document:
     values, kind = diagnosis_values(d), d.base.observed
     rungs = [Rung(BASE_LABEL, d.base, d.base.held_out_rms)]
     if d.missing:
-        rungs.append(Rung(BOTH, d.told, d.final.held_out_rms))
+        rungs.append(Rung("with what is missing", d.told, d.final.held_out_rms))
     steps = cache(lambda: steps_data(rungs, [m.key for m in d.missing], values[kind.key("floor")]))
     suspected = [(s.channel, s.where) for s in d.suspects]
+    strongest = Chart(lambda: [suspect_chart(d.searched, s, d.floor) for s in d.suspects[:1] if d.missing])
     blind = DataTable("not shown", ("effect", "why"), list(d.blind.items()))
     return Document(
         title=f"postproc diagnose {name}",
@@ -89,26 +88,17 @@ def diagnosis_document(name: str, d: Diagnosis) -> Document:
         figures=_figures(d, values),
         sections=[
             _ladder(d, values, steps),
-            Section("Also to know", [*map(Sentence, doubts(d)), *undetermined_sentences(d.told)]),
-            _found(d),
-            _remaining(d),
-            *([_held_out(d.hold_out)] if d.hold_out is not None else []),
+            Section("Also to know", [*doubts(d), *undetermined_sentences(d.told)]),
+            _missing_section(d),
+            Section("What remains follows", [strongest, suspect_table(d.suspects)], REMAINING_NOTE),
+            *([] if d.hold_out is None else [_hold_out_section(d.hold_out)]),
             *workspace_section(kind.name, "Where it is off", program=bool(d.missing)),
             *channel_sections(d.final, "What the rest follows", suspected, folded=kind.name == "position"),
             _ranking(d, values),
-            Section(
-                "This data could not have shown (`postproc effects show KEY` says what to measure)",
-                [blind],
-                folded=True,
-            ),
+            Section(BLIND, [blind], folded=True),
         ],
         scene=Scene("steps", steps, "controls" if d.missing else ""),
     )
-
-
-def _mm_or_none(value: float | None) -> float | None:
-    """Convert metres to millimetres (radians to milliradians); None where the value is None or not finite."""
-    return None if value is None or not np.isfinite(value) else mm(value)
 
 
 def diagnosis_values(d: Diagnosis) -> Values:
@@ -119,15 +109,15 @@ def diagnosis_values(d: Diagnosis) -> Values:
         "observed": d.base.observed.name,
         "verdict": d.verdict,
         **noise_values(d.final),
-        key("rms"): _mm_or_none(d.base.rms),
-        key("held_out_rms"): _mm_or_none(d.base.held_out_rms),
-        f"{key('rms')}_after": _mm_or_none(d.final.rms),
-        f"{key('held_out_rms')}_after": _mm_or_none(d.final.held_out_rms),
+        key("rms"): mm_or_none(d.base.rms),
+        key("held_out_rms"): mm_or_none(d.base.held_out_rms),
+        f"{key('rms')}_after": mm_or_none(d.final.rms),
+        f"{key('held_out_rms')}_after": mm_or_none(d.final.held_out_rms),
         "missing": [
             {
                 "effect": m.key,
                 "form": m.label,
-                f"{key('held_out_rms')}_after": _mm_or_none(m.held_out_after),
+                f"{key('held_out_rms')}_after": mm_or_none(m.held_out_after),
                 "p_value": m.p_value,
                 **_kind_values(d, m.key),
                 "not_separable_from": list(m.not_separable),
@@ -146,10 +136,10 @@ def diagnosis_values(d: Diagnosis) -> Values:
             {"channel": s.channel, "where": s.where, "share": round(s.share, 4), "pattern": s.pattern}
             for s in d.suspects
         ],
-        key("floor"): _mm_or_none(d.floor),
-        f"{key('rms')}_unnamed": _mm_or_none(d.unnamed),
-        "searched": {"rows": len(d.searched.data), key("held_out_rms"): _mm_or_none(d.searched.held_out_rms)},
-        key("bound"): _mm_or_none(d.bound),
+        key("floor"): mm_or_none(d.floor),
+        f"{key('rms')}_unnamed": mm_or_none(d.unnamed),
+        "searched": {"rows": len(d.searched.data), key("held_out_rms"): mm_or_none(d.searched.held_out_rms)},
+        key("bound"): mm_or_none(d.bound),
         "hold_out": None if d.hold_out is None else _hold_out(d.hold_out),
         "blind_to": [{"effect": k, "why": why} for k, why in d.blind.items()],
         "diagnostics": [x.as_json() for x in d.diagnostics],
@@ -192,7 +182,7 @@ def _candidate(d: Diagnosis, key: str, c: Candidate | None) -> Values:
     return {
         "effect": key,
         "form": "" if c is None else c.label,
-        f"{d.base.observed.key('rms')}_after": _mm_or_none(after),
+        f"{d.base.observed.key('rms')}_after": mm_or_none(after),
         "p_value": 1.0 if c is None else float(c.p_value),
         "evidence": None if c is None or not np.isfinite(c.evidence) else round(c.evidence, 2),
         "testable": why is None,
@@ -244,21 +234,15 @@ def verdict_figures(values: Values) -> list[Figure]:
     Args:
         values: the document of the diagnosis.
     """
-    each = [(m["effect"], _alike(m)) for m in values["missing"]]
-    several = ((name, similar if len(similar) <= MOST_RIVALS_NAMED else ["others"]) for name, similar in each)
-    missing = ", ".join(" or ".join([name, *similar]) for name, similar in several)
+    names = []
+    for m in values["missing"]:
+        # Those that explain the data as well, without those that would not be seen beside it.
+        similar = [key for key in m["not_separable_from"] if key not in m["not_seen_beside"]]
+        names.append(" or ".join([m["effect"], *(similar if len(similar) <= MOST_RIVALS_NAMED else ["others"])]))
+    missing = ", ".join(names)
     if values["verdict"] == "missing":
         return [Figure("missing", missing)]
     return [Figure("verdict", values["verdict"]), Figure("found", missing or None)]
-
-
-def _alike(missing: Values) -> list[str]:
-    """Return keys of effects that explain the data as well as a missing one does, without those not seen beside it.
-
-    Args:
-        missing: an entry of ``missing`` of the document.
-    """
-    return [key for key in missing["not_separable_from"] if key not in missing["not_seen_beside"]]
 
 
 def _ladder(d: Diagnosis, values: Values, steps: Any) -> Section:
@@ -275,14 +259,12 @@ def _ladder(d: Diagnosis, values: Values, steps: Any) -> Section:
     if d.unnamed is not None:
         some, every = len(d.searched.data), len(d.base.data)
         # Its numbers are held out, its form is not.
-        where = [CHOSEN] + [f"{some} of {every}; without it {1e3 * d.searched.held_out_rms:.3f}"] * (some < every)
-        rungs.append(Bar(UNNAMED, 1e3 * d.unnamed, ", ".join(where)))
+        part = f", {some} of {every}; without it {1e3 * d.searched.held_out_rms:.3f}" if some < every else ""
+        rungs.append(Bar("+ what was found, without a name", 1e3 * d.unnamed, CHOSEN + part))
     rungs.append(Bar(ANY_FUNCTION, 1e3 * d.bound))
     bars = Bars(rungs, floor, ANY_FUNCTION, kind.unit, names if len(names) > 1 else ())
 
-    def distances() -> list[str]:
-        """Return the chart of the share of poses over their distance."""
-        return [distance_chart(d.final, floor, held_out=True)]
+    distances = Chart(lambda: [distance_chart(d.final, floor, held_out=True)])
 
     def without_laws() -> list[str]:
         """Return the chart of the strongest pattern, if no effect's curve can be drawn in its place."""
@@ -291,41 +273,27 @@ def _ladder(d: Diagnosis, values: Values, steps: Any) -> Section:
 
     return Section(
         f"The error on rows that the fit has not seen, {kind.unit} per {kind.each}",
-        [Beside([bars, Chart(distances)], [View("laws"), Chart(without_laws)])],
+        [Columns([bars, distances], [View("laws"), Chart(without_laws)])],
         f"{NOISE if floor else ''}{GREY_NOTE}",
     )
 
 
-def _found(d: Diagnosis) -> Section:
+def _missing_section(d: Diagnosis) -> Section:
     """Return the section with a row for each missing effect (form, p value, held-out error) and its parameters."""
-    kind, rows = d.base.observed, []
-    for m in d.missing:
-        rows.append((m.key, title(d, m), place(m.label), p_text(m.p_value), mm(m.held_out_after)))
+    kind = d.base.observed
+    rows = [(m.key, title(d, m), place(m.label), p_text(m.p_value), mm(m.held_out_after)) for m in d.missing]
     columns = ("effect", "what it is", "form", "p", f"held out with it [{kind.unit}]")
     blocks: list[Block] = [
         DataTable("missing effects", columns, rows),
         parameter_table(d.told, [m.key for m in d.missing]),
     ]
-    for m in d.missing:
-        if _kind_values(d, m.key)["is"] != "cause":
-            blocks += [Sentence(curve_text(curve)) for curve in curves(d.told, m.key)]
+    # Of a smooth correction: where each joint's curve is lowest and highest, and the median of its deviation.
+    for curve in (c for m in d.missing if _kind_values(d, m.key)["is"] != "cause" for c in curves(d.told, m.key)):
+        ends = sorted((int(np.argmin(curve.turn)), int(np.argmax(curve.turn))))
+        knots = ", ".join(f"{1e3 * curve.turn[k]:.2f} mrad near {shown(curve.channel, curve.at[k])}" for k in ends)
+        sigma = 1e3 * np.median(curve.sigma)
+        blocks.append(f"joint {curve.joint} along {curve.channel}: {knots}, \N{PLUS-MINUS SIGN} {sigma:.2f}")
     return Section("What is missing", blocks, "`postproc add` writes the model that has it.")
-
-
-def curve_text(curve: JointCurve) -> str:
-    """Return a text on where a joint's curve is lowest and highest, and the median of its standard deviation.
-
-    ``joint 2 along q2: -0.21 mrad near -40 deg, 0.33 mrad near 65 deg, ± 0.02``.
-    """
-    ends = sorted((int(np.argmin(curve.turn)), int(np.argmax(curve.turn))))
-    knots = ", ".join(f"{1e3 * curve.turn[k]:.2f} mrad near {shown(curve.channel, curve.at[k])}" for k in ends)
-    return f"joint {curve.joint} along {curve.channel}: {knots}, \N{PLUS-MINUS SIGN} {1e3 * np.median(curve.sigma):.2f}"
-
-
-def _remaining(d: Diagnosis) -> Section:
-    """Return the section with the patterns that no effect explains, with a chart of the strongest."""
-    drawn = Chart(lambda: [suspect_chart(d.searched, s, d.floor) for s in d.suspects[:1] if d.missing])
-    return Section("What remains follows", [drawn, suspect_table(d.suspects)], REMAINING_NOTE + LOOKS)
 
 
 def suspect_table(suspects: Sequence[Any]) -> DataTable:
@@ -341,26 +309,21 @@ def suspect_table(suspects: Sequence[Any]) -> DataTable:
     return DataTable("suspects", ("where", "channel", "pattern", "explains"), rows)
 
 
-def _held_out(intervention: Intervention) -> Section:
+def _hold_out_section(intervention: Intervention) -> Section:
     """Return the section on how held-out levels of a channel are predicted, and which effects fail there.
 
     Args:
         intervention: the channel, and for each level the errors of fits without it.
     """
     rows = [(level.name, level.rows, mm(level.before), mm(level.after)) for level in intervention.levels]
-    columns = (
-        intervention.channel,
-        "rows",
-        f"as it came [{intervention.unit}]",
-        f"with what was found [{intervention.unit}]",
-    )
-    doubtful = [(key, intervention.fails(key)) for key in intervention.levels[0].without]
+    channel, unit = intervention.channel, intervention.unit
+    columns = (channel, "rows", f"as it came [{unit}]", f"with what was found [{unit}]")
     sentences = [
-        Sentence(f"`{key}` does not carry over to {', '.join(levels)}: doubt that it is the cause.")
-        for key, levels in doubtful
-        if levels
+        f"`{key}` does not carry over to {', '.join(levels)}: doubt that it is the cause."
+        for key in intervention.levels[0].without
+        if (levels := intervention.fails(key))
     ]
-    heading = f"Held out by {intervention.channel}, {intervention.unit} on rows of a level that no fit has seen"
+    heading = f"Held out by {channel}, {unit} on rows of a level that no fit has seen"
     return Section(heading, [DataTable("levels", columns, rows), *sentences])
 
 
@@ -370,10 +333,12 @@ def _ranking(d: Diagnosis, values: Values) -> Section:
     Args:
         values: the document of the diagnosis.
     """
-    kind, rows = d.base.observed, []
-    for c in values["candidates"]:
-        form, why = place(c["form"]), c["why_not"] or ""
-        rows.append((c["effect"], c[f"{kind.key('rms')}_after"], p_text(c["p_value"]), c["evidence"], form, why))
+    kind = d.base.observed
+    after = f"{kind.key('rms')}_after"
+    rows = [
+        (c["effect"], c[after], p_text(c["p_value"]), c["evidence"], place(c["form"]), c["why_not"] or "")
+        for c in values["candidates"]
+    ]
     columns = ("effect", f"rms after [{kind.unit}]", "p", "evidence", "form", "not testable because")
     heading = f"Ranking, each effect alone on the model as it came: rms per {kind.each} on the fitted rows"
     return Section(heading, [DataTable("ranking", columns, rows, brief_ranking(d.candidates))], RANKED, folded=True)

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from itertools import chain
 
 from postproc.rapid.diff.difference import FileDiff, ProgramDiff
-from postproc.report.blocks import DataTable, Document, Figure, Section, Values
+from postproc.report.blocks import DataTable, Document, Figure, Section, Values, attributes
 
 DIFFERENCE_COLUMNS = ("what", "where", "line before", "line after", "name")
 AMOUNT_COLUMNS = ("dx [mm]", "dy [mm]", "dz [mm]", "distance [mm]", "angle [deg]", "speed [mm/s]", "was [mm/s]", "else")
@@ -17,20 +16,6 @@ LONGEST_TEXT = 24  # letters of a name that leave room for the amounts beside it
 FEW_DIFFERENCES = 3  # differences of a file that a terminal prints where not all are asked for
 NOTE = "Targets in the axes of their work object, from the first program to the second; beyond the tolerance."
 IN_BOTH = "Files by their path in both folders; added stands in the second alone, removed in the first."
-
-
-def difference_values(difference: ProgramDiff) -> Values:
-    """Return the ``postproc/diff/1`` document."""
-    return {
-        "schema": "postproc/diff/1",
-        "equal": difference.equal,
-        "tolerance_mm": difference.tolerance_mm,
-        "tolerance_deg": difference.tolerance_deg,
-        "compared": difference.compared,
-        "max_distance_mm": difference.max_distance_mm,
-        "max_angle_deg": difference.max_angle_deg,
-        "differences": difference_rows(difference),
-    }
 
 
 def difference_rows(difference: ProgramDiff) -> list[Values]:
@@ -47,10 +32,16 @@ def difference_document(first: str, second: str, difference: ProgramDiff) -> Doc
     Args:
         first, second: their names.
     """
-    rows = [_row(d) for d in difference_rows(difference)]
+    entries = difference_rows(difference)
+    rows = [_row(d) for d in entries]
     return Document(
         title=f"postproc diff {first} {second}",
-        values=difference_values(difference),
+        values={
+            "schema": "postproc/diff/1",
+            **attributes(difference, "equal", "tolerance_mm", "tolerance_deg", "compared"),
+            **attributes(difference, "max_distance_mm", "max_angle_deg"),
+            "differences": entries,
+        },
         sentence=f"Of {difference.compared} motion statements and all others: {_counted(difference.counts)}.",
         figures=[
             Figure("largest distance", difference.max_distance_mm),
@@ -74,11 +65,17 @@ def folders_document(first: str, second: str, files: Sequence[FileDiff], near: t
     counts.update(f.status for f in files)
     order = sorted(files, key=lambda f: (f.status == "equal", f.path))
     unequal = [i for i, f in enumerate(order) if f.status != "equal"]
-    of_files = DataTable("files", FILES, [_file_row(f) for f in order], unequal)
-    difference = [[(f.path, *_row(d)) for d in difference_rows(f.found)] for f in order]
-    rows = list(chain(*difference))
-    places = [k < FEW_DIFFERENCES for some in difference for k in range(len(some))]
-    brief = [i for i, first_ones in enumerate(places) if first_ones]
+    overview: list[Sequence[object]] = []
+    rows: list[Sequence[object]] = []
+    brief: list[int] = []
+    for f in order:
+        largest = (f.found.max_distance_mm, f.found.max_angle_deg)
+        amounts = [round(x, 4) if f.found.compared else None for x in largest]
+        overview.append([f.path, f.status, *f.found.counts.values(), f.found.compared, *amounts, f.reason])
+        differences = [(f.path, *_row(d)) for d in difference_rows(f.found)]
+        brief += range(len(rows), len(rows) + len(differences[:FEW_DIFFERENCES]))
+        rows += differences
+    of_files = DataTable("files", FILES, overview, unequal)
     table = DataTable("differences", ("file", *DIFFERENCE_COLUMNS, *AMOUNT_COLUMNS), rows, brief)
     different = {status: n for status, n in counts.items() if status != "equal"}
     return Document(
@@ -115,22 +112,12 @@ def _counted(counts: Mapping[str, int]) -> str:
 def _file_values(f: FileDiff) -> Values:
     """Return an entry of ``files`` of the document of folders."""
     return {
-        "path": f.path,
-        "status": f.status,
-        "reason": f.reason,
+        **attributes(f, "path", "status", "reason"),
         "compared": f.found.compared,
         **f.found.counts,
-        "max_distance_mm": f.found.max_distance_mm,
-        "max_angle_deg": f.found.max_angle_deg,
+        **attributes(f.found, "max_distance_mm", "max_angle_deg"),
         "differences": difference_rows(f.found),
     }
-
-
-def _file_row(f: FileDiff) -> Sequence[object]:
-    """Return the row of a file in the table of files."""
-    known = f.found.compared > 0
-    amounts = [round(x, 4) if known else None for x in (f.found.max_distance_mm, f.found.max_angle_deg)]
-    return [f.path, f.status, *f.found.counts.values(), f.found.compared, *amounts, f.reason]
 
 
 def _row(d: Values) -> Sequence[object]:

@@ -11,7 +11,7 @@ import numpy as np
 from postproc.diagnostics import Diagnostic, has_errors
 from postproc.effects.base import Effect
 from postproc.effects.findings import origin
-from postproc.report.blocks import DataTable, Document, Section, Sentence
+from postproc.report.blocks import DataTable, Document, Section
 
 PARAMETERS = ("parameter", "shape", "from", "to", "ordinary size", "vanishes at", "only forms it")
 
@@ -44,7 +44,7 @@ def effect_document(cls: type[Effect]) -> Document:
         sentence=f"{cls.key}: {inspect.cleandoc(cls.__doc__ or '')}",
         sections=[
             Section("Parameters", [DataTable("parameters", PARAMETERS, [*rows, *structures])]),
-            Section("Reads", [Sentence(f"  {', '.join(cls.reads)}")]),
+            Section("Reads", [f"  {', '.join(cls.reads)}"]),
             Section("Is confused with", [similar]),
         ],
     )

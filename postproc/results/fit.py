@@ -6,15 +6,15 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from postproc.diagnostics import Diagnostic
 from postproc.estimation.findings import MOST_ROWS_NAMED, cautions
 from postproc.estimation.fitted import Fit
 from postproc.estimation.recorded import left_of_pose, undetermined
+from postproc.grouping import grouped
 from postproc.identification.add import FitFigures
 from postproc.measure.errors import distances
 from postproc.model.uncertainty import parameter_name
-from postproc.numbers import mm
-from postproc.report.blocks import DataTable, Document, Figure, Section, Sentence, Values
+from postproc.numbers import mm, mm_or_none
+from postproc.report.blocks import DataTable, Document, Figure, Section, Values
 from postproc.results.wording import known_values, parameter_rows, parameters_text
 
 
@@ -40,7 +40,7 @@ def fit_document(name: str, fit: Fit) -> Document:
         figures=[
             Figure("error in the fit", mm(fit.rms), unit=unit),
             Figure("error on other rows", None if fit.drafted else mm(fit.held_out_rms), unit=unit),
-            Figure("noise", None if level is None else mm(level), unit=unit),
+            Figure("noise", mm_or_none(level), unit=unit),
         ],
         sections=[
             Section("Parameters", [parameter_table(fit, [e.key for e in fit.model.effects])]),
@@ -49,30 +49,28 @@ def fit_document(name: str, fit: Fit) -> Document:
     )
 
 
-def known_of(fit: Fit) -> list[Sentence]:
+def known_of(fit: Fit) -> list[str]:
     """Return sentences on undetermined parameters, rows left out, and what to know before relying on the fit."""
-    return [*undetermined_sentences(fit), *left_out(fit), *map(as_sentence, cautions(fit))]
+    words = (f"{d.message[0].upper()}{d.message[1:]}; {d.help}." for d in cautions(fit))
+    return [*undetermined_sentences(fit), *excluded_rows(fit), *words]
 
 
-def undetermined_sentences(fit: Fit) -> list[Sentence]:
+def undetermined_sentences(fit: Fit) -> list[str]:
     """Return sentences on parameters at their priors, on those that are held, and on those that stopped at a bound."""
-    lines = []
-    open_ = undetermined(fit)
+    lines, open_ = [], undetermined(fit)
     if open_:
         shown = {(key, i): text for key in {key for key, _ in open_} for i, text in known_values(fit, key)}
         sources = dict(zip((*fit.posterior.names, *fit.posterior.left_open), fit.posterior.sources, strict=True))
-        by_source: dict[str, list[str]] = {}
-        for name in (name for name in open_ if name in shown):
-            by_source.setdefault(sources[name], []).append(shown[name])
+        by_source = grouped((sources[name], shown[name]) for name in open_ if name in shown)
         for source, some in by_source.items():
             lines.append(f"The rows say little of {'; of '.join(some)}. What stood before them is kept ({source})")
     fixed = [name for name in not_identifiable(fit) if name not in open_]
     kinds = (("Not determined by this data and held", fixed), ("Stopped at a bound", fit.at_bound))
     lines += [f"{what}: {parameters_text(fit, which)}" for what, which in kinds if which]
-    return [Sentence(line) for line in lines]
+    return lines
 
 
-def left_out(fit: Fit) -> list[Sentence]:
+def excluded_rows(fit: Fit) -> list[str]:
     """Return a sentence for each row that the fit leaves out, or one with their number where they are many."""
     off, unit, data = 1e3 * distances(fit.observed_error), fit.observed.unit, fit.data
     lines = [
@@ -85,12 +83,7 @@ def left_out(fit: Fit) -> list[Sentence]:
         lines.append(f"Row {row}{of} was left out: no arm can be where it says.")
     if len(lines) > MOST_ROWS_NAMED:
         lines = [f"{len(lines)} rows were left out: they lie far from everything else."]
-    return [Sentence(line) for line in lines]
-
-
-def as_sentence(finding: Diagnostic) -> Sentence:
-    """Return a diagnostic's message and help as one sentence."""
-    return Sentence(f"{finding.message[0].upper()}{finding.message[1:]}; {finding.help}.")
+    return lines
 
 
 def parameter_table(fit: Fit, keys: Iterable[str], brief: bool = False) -> DataTable:
@@ -143,10 +136,10 @@ def noise_values(fit: Fit) -> Values:
 
     Noise and repeatability are in mm or mrad, as their keys say, and None where they are not known.
     """
-    key, noise = fit.observed.key, fit.parts.level
+    key = fit.observed.key
     return {
-        key("noise"): None if noise is None else mm(noise),
-        key("noise_repeatability"): None if fit.parts.repeatability is None else mm(fit.parts.repeatability),
+        key("noise"): mm_or_none(fit.parts.level),
+        key("noise_repeatability"): mm_or_none(fit.parts.repeatability),
         "noise_from": fit.parts.origin,
     }
 

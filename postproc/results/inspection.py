@@ -8,7 +8,7 @@ from typing import Any
 from postproc.compensation.inspection import Inspection, Row
 from postproc.compensation.text.values import Place
 from postproc.motion.postures import Nearest
-from postproc.report.blocks import DataTable, Document, Section, Sentence
+from postproc.report.blocks import DataTable, Document, Section, attributes
 
 EDITED_WORDS: Mapping[Place | None, str] = {
     "declaration": "; its declaration is edited",
@@ -41,7 +41,7 @@ def inspection_document(name: str, inspection: Inspection, stated: Mapping[str, 
             "diagnostics": [d.as_json() for d in inspection.diagnostics],
         },
         sentence="" if inspection.rows else "no motion statements",
-        sections=[Section("", [rows, *map(Sentence, ends)])],
+        sections=[Section("", [rows, *ends])],
     )
 
 
@@ -80,20 +80,15 @@ def _nearest_values(near: Nearest) -> dict[str, Any]:
         "to": near.to,
         "distance_deg": None if ratio else near.amount,
         "singular_value_ratio": near.amount if ratio else None,
-        "joint": near.joint,
-        "angle_deg": near.angle_deg,
-        "line": near.statement.line,
-        "routine": near.statement.routine,
+        **attributes(near, "joint", "angle_deg"),
+        **attributes(near.statement, "line", "routine"),
     }
 
 
 def _values(row: Row) -> dict[str, object]:
     """Return an entry of ``statements`` of the document."""
-    statement = row.statement
     return {
-        "line": statement.line,
-        "routine": statement.routine,
-        "instruction": statement.instruction,
+        **attributes(row.statement, "line", "routine", "instruction"),
         "runs": row.runs,
         "tool": row.tool or None,
         "wobj": row.wobj or None,
@@ -101,8 +96,5 @@ def _values(row: Row) -> dict[str, object]:
         "position_mm": row.position_mm,
         "external_axes": dict(row.external_axes),
         "joints_deg": row.q_deg,
-        "confdata": row.confdata,
-        "notes": row.notes,
-        "edited": row.edited,
-        "reason": row.reason,
+        **attributes(row, "confdata", "notes", "edited", "reason"),
     }

@@ -28,15 +28,13 @@ LITTLE = 0.02
 def headline(d: Diagnosis) -> str:
     """Say the verdict: what is missing and how far the error falls, or what remains, or that nothing is missing."""
     if d.verdict == "complete" or d.untold:
-        return _nothing_found(d)
+        return _complete_text(d)
     if d.verdict == "missing":
         what = f": {title(d, d.missing[0])}" if len(d.missing) == 1 else ""
         return f"The model lacks {_named_together(d)}{what}. {_fall(d)}"
     noise = "" if d.missing else _noise(d)
-    text = ""
-    if d.missing:
-        unnamed = "and something else that no effect of the library explains"
-        text = f"The model lacks {_named_together(d)}, {unnamed}. {_fall(d)} "
+    unnamed = "and something else that no effect of the library explains"
+    text = f"The model lacks {_named_together(d)}, {unnamed}. {_fall(d)} " if d.missing else ""
     if not d.suspects:
         return text or f"More is left than noise, and no effect of the library explains it.{noise}"
     lead = text or "Something is missing that no effect of the library explains. "
@@ -53,7 +51,7 @@ def _noise(d: Diagnosis) -> str:
     return f" The noise is {1e3 * d.floor:.3f} {_unit(d)}." if d.floor else ""
 
 
-def _nothing_found(d: Diagnosis) -> str:
+def _complete_text(d: Diagnosis) -> str:
     """Say that nothing is missing, or that this data does not tell whether anything is."""
     error = f"{1e3 * d.base.held_out_rms:.3f} {_unit(d)} on rows the fit has not seen"
     if too_few(d.base):
@@ -103,7 +101,11 @@ def _remaining(d: Diagnosis, s: Suspect) -> str:
         strongest = f"the strongest pattern, at {at} along {channels} ({s.pattern})"
         share = f"{100 * s.share:.0f} %" if s.share >= 0.005 else "less than 1 %"
         return f"More is left than noise; {strongest}, explains {share} of it."
-    follows = f"The remaining structure sits at {at} and follows {channels} ({s.pattern}{_extent(d, s)})."
+    extent = ""  # how far the pattern turns a joint between its extreme rows
+    if s.where.startswith("joint") and s.place.shape[2] == 1:
+        turned = s.values.reshape(len(s.values), -1) @ suspect_size(d.searched, s)
+        extent = f", {1e3 * float(np.ptp(turned)):.2g} mrad in all"
+    follows = f"The remaining structure sits at {at} and follows {channels} ({s.pattern}{extent})."
     if s.channel == "row":
         follows += " If the rows stand in the order of measuring, something moved or drifted there."
     advice = "Written as an effect of your own it can be added." if s.drafts else "A single pose does not tell it."
@@ -149,14 +151,6 @@ def doubts(d: Diagnosis) -> Iterator[str]:
             yield f"Beside `{m.key}` this data would not show {_any_of(m.unseen)}."
 
 
-def _extent(d: Diagnosis, s: Suspect) -> str:
-    """Return a clause on how far [mrad] a pattern turns a joint between its extreme rows; empty for other places."""
-    if not s.where.startswith("joint") or s.place.shape[2] != 1:
-        return ""
-    turned = s.values.reshape(len(s.values), -1) @ suspect_size(d.searched, s)
-    return f", {1e3 * float(np.ptp(turned)):.2g} mrad in all"
-
-
 def of_little_worth(d: Diagnosis) -> list[str]:
     """Return keys of missing effects that are significant but lower the error by less than 2 %.
 
@@ -192,12 +186,11 @@ def _is_free(d: Diagnosis, m: Candidate) -> bool:
 
 def title(d: Diagnosis, m: Candidate) -> str:
     """Return what an effect is: its title, or of a free function the effective parameters and the held-out error."""
-    effect = d.final.model.effect(m.key)
     if _is_free(d, m):
         # It can follow anything smooth: what it follows is no cause.
-        unit = f"{d.final.observed.unit} per {d.final.observed.each}"
         count = effective_parameters(d.final, m.key)
-        error = f"held-out error {1e3 * m.held_out_after:.3f} {unit}"
+        error = f"held-out error {1e3 * m.held_out_after:.3f} {_unit(d)}"
         return f"a smooth correction with {count:.0f} effective parameters, {error}, not a cause"
+    effect = d.final.model.effect(m.key)
     text = "" if effect is None else effect.title.rstrip(".")
     return text if text[1:2].isupper() else text[:1].lower() + text[1:]

@@ -12,6 +12,7 @@ import numpy as np
 from postproc.diagnostics import joined
 from postproc.effects.base import Effect
 from postproc.effects.parameters import unit_suffix
+from postproc.grouping import grouped as by_key
 
 if TYPE_CHECKING:
     from postproc.estimation.fitted import Fit  # a conversion words no fit
@@ -34,13 +35,13 @@ def fitted_values(fit: Fit, key: str) -> Iterator[tuple[str, float, float, str]]
     if effect is None:
         return
     entries = list(_entries(effect))
-    for i in _told(fit, effect):
+    for i in _stated_entries(fit, effect):
         name, unit = entries[i]
         factor, shown = readable(unit)
         yield name, factor * float(effect.vector()[i]), factor * fit.sigma[key, i], shown
 
 
-def _told(fit: Fit, effect: Effect) -> list[int]:
+def _stated_entries(fit: Fit, effect: Effect) -> list[int]:
     """Return the entries of an effect's vector that are told: fitted ones, and open ones at another prior than null."""
     x, null, fitted = effect.vector(), effect.null_vector(), set(fit.posterior.names)
     every = [i for i in range(len(x)) if (effect.key, i) in fit.sigma]
@@ -55,7 +56,7 @@ def known_values(fit: Fit, key: str) -> Iterator[tuple[int, str]]:
     """
     effect = fit.model.effect(key)
     assert effect is not None
-    for i, (name, value, sigma, unit) in zip(_told(fit, effect), fitted_values(fit, key), strict=True):
+    for i, (name, value, sigma, unit) in zip(_stated_entries(fit, effect), fitted_values(fit, key), strict=True):
         yield i, f"{in_words(type(effect), name)}, {with_sigma(value, sigma)} {unit}".rstrip()
 
 
@@ -84,12 +85,11 @@ def place(label: str) -> str:
     known_parts = [m for m in parts if m]
     if len(known_parts) < len(parts) or len({(m[1], m[3] is None) for m in known_parts}) > 1:
         return label
-    orders: dict[str, list[str]] = {}
-    for m in known_parts:
-        orders.setdefault(m[2], []).append(m[3])
-    if known_parts[0][3]:
-        return "; ".join(f"{known_parts[0][1]} {number}, {_several('order', some)}" for number, some in orders.items())
-    return _several(known_parts[0][1], sorted(number for m in known_parts for number in m[2].split(" and ")))
+    word, _, order = known_parts[0].groups()
+    if order:
+        orders = by_key((m[2], m[3]) for m in known_parts)
+        return "; ".join(f"{word} {number}, {_several('order', some)}" for number, some in orders.items())
+    return _several(word, sorted(number for m in known_parts for number in m[2].split(" and ")))
 
 
 def _several(word: str, numbers: Sequence[str]) -> str:
@@ -118,10 +118,8 @@ def grouped(names: Iterable[str]) -> str:
     Args:
         names: such as ``turn[x]``.
     """
-    groups: dict[str, list[str]] = {}
-    for name in names:
-        array, _, index = name.partition("[")
-        groups.setdefault(array, []).append(index.rstrip("]"))
+    parts = (name.partition("[") for name in names)
+    groups = by_key((array, index.rstrip("]")) for array, _, index in parts)
     between = {array: "; " if any(", " in e for e in entries) else " " for array, entries in groups.items()}
     return ", ".join(f"{a}[{between[a].join(entries)}]" if entries[0] else a for a, entries in groups.items())
 
@@ -142,16 +140,17 @@ def _entries(effect: Effect) -> Iterator[tuple[str, str]]:
             if isinstance(word, str) and word in tied and isinstance(tied[word][0], str):
                 tied = {word: tied[word]}  # a name says it all
             plain = [f"body {i}" if length == BODIES else str(i + 1) for i in range(length)]
-            axes.append([", ".join(f"{k} {_choice(v[i])}" for k, v in tied.items()) or plain[i] for i in range(length)])
+            axes.append(
+                [
+                    ", ".join(f"{k} {v[i] if isinstance(v[i], str) else f'{v[i]:g}'}" for k, v in tied.items())
+                    or plain[i]
+                    for i in range(length)
+                ]
+            )
         if meta.labels and axes:
             axes[-1] = list(meta.labels)
         for index in product(*axes):
             yield name.replace(unit_suffix(meta.unit), "") + (f"[{', '.join(index)}]" if index else ""), meta.unit
-
-
-def _choice(value: object) -> str:
-    """Return a structural choice, a word or a number, as text."""
-    return value if isinstance(value, str) else f"{value:g}"
 
 
 def in_words(effect: type[Effect], name: str) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 
 from postproc.compensation.correction.rigid_shift import RigidShift
 from postproc.numbers import mm
-from postproc.report.blocks import Block, DataTable, Section, Sentence, Values
+from postproc.report.blocks import DataTable, Section, Values
 
 MOST_LISTED = 3  # work objects that get a line; a table has all
 SHIFT = {
@@ -49,10 +49,9 @@ def work_object_section(values: Values) -> Section:
     welds = [row for row in rows if row["at_welds"]]
     largest = sorted(welds or rows, key=_size, reverse=True)[:MOST_LISTED]
     table = [[_cell(key, row[key]) for key in SHIFT] for row in rows]
-    blocks: list[Block] = [*(Sentence(_line(row)) for row in largest)]
-    blocks.append(DataTable("work objects", list(SHIFT.values()), table, brief=()))
+    shifts = DataTable("work objects", list(SHIFT.values()), table, brief=())
     note = "The rigid motion that fits the corrections of the arm at rest best, about the middle of the targets."
-    return Section("Work objects, drawn offline or taught with this arm", blocks, note)
+    return Section("Work objects, drawn offline or taught with this arm", [*map(_line, largest), shifts], note)
 
 
 def from_programmed_path(values: Values) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from postproc.report.blocks import Document, Section, Sentence, Values
+from postproc.report.blocks import Document, Section, Values
 from postproc.runtime.proof.check import Check
 from postproc.runtime.written import RunTimeModule
 
@@ -49,7 +49,7 @@ def _document(title: str, values: Values, sentence: str, lines: Sequence[str]) -
         title=f"postproc runtime {title}",
         values={"schema": SCHEMA, **values},
         sentence=sentence,
-        sections=[Section("", [*map(Sentence, lines)])],
+        sections=[Section("", lines)],
     )
 
 

@@ -41,7 +41,7 @@ def test_rings_stand_round_their_points_where_these_are_spread() -> None:
 
 
 def test_bars_end_at_the_floor() -> None:
-    chart = bars(Bars([Bar("a", 1.0), Bar("b", 0.5), Bar("unknown", None)], 0.1, aside="b"))
+    chart = bars(Bars([Bar("a", 1.0), Bar("b", 0.5), Bar("unknown", None)], 0.1, grey="b"))
     assert re.findall(r"width: ([\d.]+)%", chart) == ["100.0", "50.0"]
     assert set(re.findall(r"left: ([\d.]+)%", chart)) == {"10.0"}
     assert ">noise<" in chart

@@ -10,7 +10,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.report.blocks import Bars
-from postproc.report.drawing.svg import ChartAxes, Range, band, dots, line, ring, spread
+from postproc.report.drawing.svg import ChartAxes, Range, band, line, spread
 
 FEW_LEVELS = 6  # a channel with so few values is drawn as columns of points
 SIZE = (340, 220)  # as wide as a phone shows without making its text smaller
@@ -68,14 +68,22 @@ def scatter(
     if noise is not None:
         reach = np.append(reach, [noise, -noise])
     frame = ChartAxes(spread(x[good]), across or spread(reach), SIZE, title)
-    parts = [] if noise is None else [_noise(frame, noise)]
+    parts = []
+    if noise is not None:
+        top, bottom = max(frame.y(noise), frame.top), min(frame.y(-noise), frame.top + frame.height)
+        place = f'x="{frame.left}" width="{frame.width:.1f}" y="{top:.1f}" height="{bottom - top:.1f}"'
+        parts.append(f'<rect {place} class="noise"/>')
     places = frame.places(x, np.clip(y, *frame.range_y))
-    parts.append(dots(places[good]))
+    points = np.unique(np.round(2 * places[good]).astype(int), axis=0) / 2  # once on the same half pixel
+    path = "".join(f"M{right:g} {down:g}h0" for right, down in points)
+    parts.append(f'<path d="{path}" class="points" stroke-width="{3 if len(points) < 1000 else 2}"/>')
     if bins is not None:
         parts += _means(frame, bins)
     if curve is not None:
         parts += _curve(frame, curve, columns)
-    parts += [ring(places[i], text) for i, text in marks if good[i]]
+    for (right, down), text in ((places[i], text) for i, text in marks if good[i]):
+        ring = f'<circle cx="{right:.1f}" cy="{down:.1f}" r="4" class="ring">'
+        parts.append(f"{ring}<title>{escape(text)}</title></circle>")
     return frame.draw(parts, x_label, y_label)
 
 
@@ -103,16 +111,16 @@ def shares(curves: Mapping[str, tuple[str, Array]], unit: str, title: str) -> st
 
 
 def bars(block: Bars) -> str:
-    """Return horizontal bars as HTML, with a dashed line at the floor if known; the bar named ``aside`` is grey."""
+    """Return horizontal bars as HTML, with a dashed line at the floor if known; the bar named ``grey`` is grey."""
     known = [level for level in block.bars if level.value is not None]
     floor = block.floor
     percent = 100 / max([*(level.value or 0.0 for level in known), floor or 0.0, 1e-12])
     end = "" if floor is None else f'<i class="floor" style="left: {floor * percent:.1f}%"></i>'
     rows = []
     for level in known:
-        kind = ' class="aside"' if level.name == block.aside else ""
-        said = f' title="{escape(level.note)}"' if level.note else ""
-        bar = f'<i{kind}{said} style="width: {(level.value or 0.0) * percent:.1f}%"></i>'
+        kind = ' class="aside"' if level.name == block.grey else ""
+        hint = f' title="{escape(level.note)}"' if level.note else ""
+        bar = f'<i{kind}{hint} style="width: {(level.value or 0.0) * percent:.1f}%"></i>'
         name = f"<span>{escape(level.name)}</span>"
         if level.name in block.steps:
             name = f'<button type="button" data-step="{block.steps.index(level.name)}">{escape(level.name)}</button>'
@@ -143,23 +151,12 @@ def histogram(values: Mapping[str, tuple[str, Array]], unit: str, title: str) ->
         for edge, count in zip(edges, counts[name], strict=False):
             x0, x1 = frame.x(float(edge) + k * step), frame.x(float(edge) + (k + 1) * step)
             y = frame.y(float(count))
-            said = f"<title>{name}: {count} from {10**edge:.3g} {unit}</title>"
+            hint = f"<title>{name}: {count} from {10**edge:.3g} {unit}</title>"
             place = f'x="{x0:.1f}" width="{max(x1 - x0 - 0.5, 1):.1f}" y="{y:.1f}" height="{frame.y(0.0) - y:.1f}"'
-            parts.append(f'<rect {place} class="{kind}">{said}</rect>' if count else "")
+            parts.append(f'<rect {place} class="{kind}">{hint}</rect>' if count else "")
         parts.append(f'<rect x="{frame.left + 8 + 110 * k}" y="34" width="12" height="12" class="{kind}"/>')
         parts.append(f'<text x="{frame.left + 25 + 110 * k}" y="45">{escape(name)}</text>')
     return frame.draw(parts, f"largest deviation [{unit}]", "programs", powers=True)
-
-
-def _noise(frame: ChartAxes, noise: float) -> str:
-    """Return the band from -noise to noise as an SVG rectangle.
-
-    Args:
-        noise: in the unit of y.
-    """
-    top, bottom = max(frame.y(noise), frame.top), min(frame.y(-noise), frame.top + frame.height)
-    place = f'x="{frame.left}" width="{frame.width:.1f}" y="{top:.1f}" height="{bottom - top:.1f}"'
-    return f'<rect {place} class="noise"/>'
 
 
 def _means(frame: ChartAxes, bins: Bins) -> list[str]:

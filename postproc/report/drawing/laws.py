@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -28,7 +27,6 @@ MINOR = 0.15  # of the largest, that a coordinate must move to be drawn
 MOST_COORDINATES = 4  # coordinates of one effect
 PREFIXES = {"q": "q", "pose": "q", "v": "v", "a": "a", "approach": "dir", "load": "load", "wrench": "f"}
 CHANNEL_FIELDS = {"q": "q", "v": "v", "a": "a", "dir": "approach", "load": "joint_load"}
-TORQUE = "torque"
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,10 +84,10 @@ def _laws(fit: Fit, effect: Effect, state: State, named: dict[str, Array]) -> li
     Args:
         state: of the measured rows. named: the channels of the fit by name, (n,) each.
     """
-    moved = coordinates(effect, state)
+    amounts, moved = coordinates, coordinates(effect, state)
     loads = not moved.any()
     if loads:
-        moved = torques(effect, state)
+        amounts, moved = torques, torques(effect, state)
     # What is the same in all rows differs by rounding.
     size = np.where(np.ptp(moved, axis=0) > 1e-9 * np.abs(moved).max(axis=0), moved.std(axis=0), 0.0)
     laws = []
@@ -97,16 +95,16 @@ def _laws(fit: Fit, effect: Effect, state: State, named: dict[str, Array]) -> li
         channel = _channel(effect, int(k), moved[:, k], named) if size[k] > 0 else None
         if size[k] < MINOR * size.max() or channel is None:
             continue
-        curve = _curve(fit, effect, state, (channel, named[channel]), partial(_thousandths, loads=loads, k=int(k)))
-        y = moved[:, k] if loads else 1e3 * (moved[:, k] + _residual(fit, int(k)))
-        where, unit = (f"{TORQUE} on joint {k + 1}", "N m") if loads else place_name(int(k))
+        curve = _curve(fit, effect, state, (channel, named[channel]), (amounts, int(k)))
+        y = moved[:, k] if loads else moved[:, k] + 1e3 * _residual(fit, int(k))
+        where, unit = (f"torque on joint {k + 1}", "N m") if loads else place_name(int(k))
         laws.append(Law(effect.key, where, unit, channel, named[channel], y, curve))
     return laws
 
 
 def coordinates(effect: Effect, state: State) -> Array:
-    """Return how far an effect moves each of the 60 coordinates of `model.derivatives.places`, (n, 60) [rad or m]."""
-    return flat(displacement_parts(displacement_of(effect, state)), len(state), PLACES)
+    """Return how far an effect moves each of the 60 coordinates of `model.derivatives.places`, (n, 60) [mrad or mm]."""
+    return 1e3 * flat(displacement_parts(displacement_of(effect, state)), len(state), PLACES)
 
 
 def torques(effect: Effect, state: State) -> Array:
@@ -123,11 +121,6 @@ def torques(effect: Effect, state: State) -> Array:
             moment = wrench[:, 3:] - np.cross(T[:, :3, 3], wrench[:, :3])
             result[:, j] += np.sum((T[:, :3, :3] @ state.robot.axis[j]) * moment, axis=1)
     return result
-
-
-def forces(effect: Effect, state: State) -> dict[int, Array]:
-    """Return by body the wrench (n, 6) [N, N m] that an effect puts on it, about the base origin in base axes."""
-    return {body: np.broadcast_to(wrench, (len(state), 6)) for body, wrench in load_of(effect, state).body.items()}
 
 
 def place_name(k: int) -> tuple[str, str]:
@@ -164,25 +157,16 @@ def _channel(effect: Effect, k: int, values: Array, named: dict[str, Array]) -> 
     return best
 
 
-def _thousandths(effect: Effect, state: State, *, loads: bool, k: int) -> Array:
-    """Return (n,) what an effect does at coordinate k: displacement [mrad or mm], with ``loads`` the torque [N m].
-
-    Args:
-        k: of `model.derivatives.places`, with ``loads`` the joint from 0.
-    """
-    return torques(effect, state)[:, k] if loads else 1e3 * coordinates(effect, state)[:, k]
-
-
 def _curve(
-    fit: Fit, effect: Effect, state: State, along: tuple[str, Array], seen: Callable[[Effect, State], Array]
+    fit: Fit, effect: Effect, state: State, along: tuple[str, Array], seen: tuple[Callable[[Effect, State], Array], int]
 ) -> DrawnCurve:
     """Return an effect's curve along a channel, averaged over up to 24 measured rows, with its standard deviation.
 
     Args:
         along: name of the channel and its values (n,).
-        seen: returns (n,) the displacement or torque of an effect in n states, at the coordinate that is drawn.
+        seen: function that returns the displacements or torques (n, m) of an effect in n states, and which is drawn.
     """
-    channel, values = along
+    (channel, values), (amounts, k) = along, seen
     known = np.unique(values)
     at = known if len(known) <= 6 else np.linspace(values.min(), values.max(), GRID)
     rows = np.linspace(0, len(values) - 1, min(ROWS, len(values))).astype(int)
@@ -190,7 +174,7 @@ def _curve(
 
     def law(e: Effect) -> Array:
         """Return what an effect with these parameters does (k,) at each value of the channel, averaged over rows."""
-        return np.asarray(seen(e, swept).reshape(len(at), -1).mean(axis=1))
+        return np.asarray(amounts(e, swept)[:, k].reshape(len(at), -1).mean(axis=1))
 
     y, x = law(effect), effect.vector()
     columns = [(column, i) for column, (key, i) in enumerate(fit.parameters) if key == effect.key]

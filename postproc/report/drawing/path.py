@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from postproc.arrays import Array, blocks, invert
-from postproc.compensation.conversion import Conversion, JudgedProgram
+from postproc.compensation.conversion import Conversion
 from postproc.compensation.correction.deviation import Deviation
 from postproc.compensation.plan import CorrectionPlan
 from postproc.effects.contract import State
@@ -17,7 +16,7 @@ from postproc.model.deflection import Deflection
 from postproc.model.loads import loaded_state
 from postproc.motion.mounts import Mounts
 from postproc.motion.path.curves import Curves, pose_at
-from postproc.motion.values import Index, Move
+from postproc.motion.values import Index
 from postproc.rapid.data.events import MotionStatement
 from postproc.report.blocks import Values
 from postproc.report.drawing.columns import chain_of, exact, packed
@@ -58,6 +57,7 @@ def path_data(conversion: Conversion) -> Values:
     speed = np.abs(timeline.at(timeline.v, place)) / robot.speed
     correction = _interpolated(sampled, plan.exact.q - samples.q, place)
     statements = {outcome.statement.key: i for i, outcome in enumerate(conversion.outcomes)}
+    statement = np.array([statements.get(m.event.statement.key, -1) for m in moves])
     return {
         "places": {
             "move": exact(of),
@@ -72,13 +72,16 @@ def path_data(conversion: Conversion) -> Values:
             "correction": packed(np.degrees(correction)),
         },
         "moves": {
-            "statement": exact([statements.get(m.event.statement.key, -1) for m in moves]),
+            "statement": exact(statement),
             "space": exact(~curves.joint & (curves.length > 0)),
             "welding": exact(np.array([m.welding for m in moves])),
             "first": exact(np.array([m.first for m in moves])),
             "tolerance": packed(1e3 * plan.path_tolerance),
         },
-        "largest": _largest(judged, moves),
+        "largest": {
+            when: _largest(deviation, statement, len(statements))
+            for when, deviation in (("before", before), ("after", after))
+        },
         "targets": [_target(outcome.statement) for outcome in conversion.outcomes],
         "sources": _sources(conversion),
         # Where the arm stands in the frame of the work, which a track or a positioner moves.
@@ -90,7 +93,8 @@ def path_data(conversion: Conversion) -> Values:
 
 def _places(curves: Curves, before: Deviation, after: Deviation) -> Places:
     """Return each place where the deviation before or after correction is known; the other is interpolated there."""
-    known = [(_key(d.owner, d.u), _across(curves, d)) for d in (before, after)]
+    # Places are 2 move + u, which ascend along a path: the goal of a move differs from the next start.
+    known = [(2.0 * d.owner + d.u, _across(curves, d)) for d in (before, after)]
     key = np.unique(np.round(np.concatenate([k for k, _ in known]), 5))
     columns = []
     for at, away in known:
@@ -98,11 +102,6 @@ def _places(curves: Curves, before: Deviation, after: Deviation) -> Places:
         columns.append(_interpolated(at[order], away[order], key))
     move = (key // 2).astype(int)
     return Places(move, np.clip(key - 2 * move, 0.0, 1.0), columns[0], columns[1])
-
-
-def _key(move: Index, u: Array) -> Array:
-    """Return (n,) numbers 2 move + u, which ascend along a path; the goal of a move differs from the next start."""
-    return np.asarray(2.0 * move + u)
 
 
 def _across(curves: Curves, deviation: Deviation) -> Array:
@@ -177,18 +176,15 @@ def _torques(model: Model, plan: CorrectionPlan, places: Places, mounts: Mounts,
     return torque
 
 
-def _largest(judged: JudgedProgram, moves: Sequence[Move]) -> Values:
-    """Return, for each statement, the largest deviation [mm] on lines and arcs over all its runs, before and after."""
-    statements = {outcome.statement.key: i for i, outcome in enumerate(judged.outcomes)}
-    of = np.array([statements.get(m.event.statement.key, -1) for m in moves])
-    columns = {}
-    for name, deviation in (("before", judged.before), ("after", judged.after)):
-        assert deviation is not None
-        largest = np.full(len(statements) + 1, np.nan)
-        rows = deviation.space
-        np.fmax.at(largest, of[deviation.owner[rows]], 1e3 * deviation.distance[rows])
-        columns[name] = packed(largest[:-1])
-    return columns
+def _largest(deviation: Deviation, statement: Index, count: int) -> Values:
+    """Return, for each of ``count`` statements, the largest deviation [mm] on lines and arcs over all its runs.
+
+    Args:
+        statement: index of the statement of each move, -1 for those of other files.
+    """
+    largest, rows = np.full(count + 1, np.nan), deviation.space
+    np.fmax.at(largest, statement[deviation.owner[rows]], 1e3 * deviation.distance[rows])
+    return packed(largest[:-1])
 
 
 def _target(statement: MotionStatement) -> str:

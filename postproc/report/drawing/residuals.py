@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
 from functools import cache
+from types import MappingProxyType
 
 import numpy as np
 
-from postproc.arrays import Array
 from postproc.estimation.channels import fit_channels, unit_of
 from postproc.estimation.fitted import Fit
+from postproc.grouping import grouped
 from postproc.identification.compare import worst_rows
 from postproc.identification.diagnosis import suspect_size
 from postproc.identification.trends import LEAST_LEVER_M, Trend, joint_inverse, residual_trends
@@ -29,34 +29,28 @@ STANDS_OUT = 0.03  # share of the residual's variance from which on a channel st
 SEVERAL = 6  # channels that are drawn where many stand out
 
 
-@dataclass(frozen=True, slots=True)
-class Channels:
-    """Channels that explain most of one fit's residual, so that other fits can be drawn on the same axes.
+def standing_out(fit: Fit) -> dict[tuple[str, str], Range]:
+    """Return up to six channels that explain at least 3 % of a fit's residual, and the ranges of y of their charts.
+
+    By name and place (joint, or space) where each explains most, so that other fits can be drawn on the same axes.
+    """
+    trends = [t for t in _best(residual_trends(fit)) if t.share >= STANDS_OUT][:SEVERAL]
+    known = [(t, t.values[np.isfinite(t.values)]) for t in trends]
+    return {(t.channel, t.where): spread(np.append(y, 0.0)) for t, y in known}
+
+
+def charts_of(fit: Fit, ranges: Mapping[tuple[str, str], Range]) -> list[str]:
+    """Return the charts of some channels for a fit, on given axes.
 
     Args:
-        places: for each its name, the place (joint, or space) where it explains most, and the range of y.
+        ranges: as `standing_out` of a fit of the same rows returns them.
     """
-
-    places: tuple[tuple[str, str, Range], ...]
-
-    @classmethod
-    def of(cls, fit: Fit) -> Channels:
-        """Return up to six channels that explain at least 3 % of a fit's residual, with the range of their charts."""
-        trends = [t for t in _best(residual_trends(fit)) if t.share >= STANDS_OUT][:SEVERAL]
-        known = [(t, t.values[np.isfinite(t.values)]) for t in trends]
-        return cls(tuple((t.channel, t.where, spread(np.append(y, 0.0))) for t, y in known))
-
-    def charts(self, fit: Fit) -> list[str]:
-        """Return the charts of these channels for a fit of the same rows, on the same axes."""
-        trends = {(t.channel, t.where): t for t in residual_trends(fit)}
-        ranges = {(channel, where): across for channel, where, across in self.places}
-        known = [(trends[place], across) for place, across in ranges.items() if place in trends]
-        draw = _Charts.of(fit)
-        return [draw.chart(trend, across) for trend, across in known]
+    trends = {(t.channel, t.where): t for t in residual_trends(fit)}
+    return _charts(fit, [trends[place] for place in ranges if place in trends], ranges)
 
 
 def channel_sections(
-    fit: Fit, title: str = "What it follows", first: Iterable[tuple[str, str]] = (), folded: bool = False
+    fit: Fit, title: str, first: Iterable[tuple[str, str]] = (), folded: bool = False
 ) -> list[Section]:
     """Return two sections of charts of the residual: channels that explain at least 3 %, and the rest, folded.
 
@@ -72,11 +66,11 @@ def channel_sections(
     def charts() -> tuple[list[str], list[str]]:
         """Return the charts of the first section and of the second."""
         trends = _best(sorted(residual_trends(fit), key=lambda t: (t.channel, t.where) not in chosen))
-        draw = _Charts.of(fit)
         out = [t for t in trends if t.share >= STANDS_OUT or (t.channel, t.where) in chosen]
-        rest = [t for t in trends if t not in out]
-        shown, hidden = ([], trends) if folded else (out, rest)
-        return [draw.chart(t) for t in shown], [draw.chart(t) for t in hidden]
+        quiet = [t for t in trends if t not in out]
+        shown, hidden = ([], trends) if folded else (out, quiet)
+        drawn = _charts(fit, [*shown, *hidden])
+        return drawn[: len(shown)], drawn[len(shown) :]
 
     others = title if folded else f"{title}: the channels of which none stands out"
     return [
@@ -108,14 +102,15 @@ def suspect_chart(fit: Fit, suspect: Suspect, noise: float | None) -> str:
     shown = (ways @ along) * suspect.values + taken
     direction = f", along ({', '.join(f'{x:z.1f}' for x in along)})" if len(along) > 1 else ""
     unit, factor = unit_of(suspect.channel)
+    quiet = None
+    if noise is not None:
+        quiet = 2e3 * noise * float(np.sqrt((square / (square + LEAST_LEVER_M**2) ** 2).mean()))
     return scatter(
         named[suspect.channel] * factor,
         1e3 * shown,
         f"{suspect.channel} [{unit}]" if unit else suspect.channel,
         f"{ours} at {suspect.where}{direction}",
-        noise=None
-        if noise is None
-        else 2e3 * noise * float(np.sqrt((square / (square + LEAST_LEVER_M**2) ** 2).mean())),
+        noise=quiet,
         title=f"{suspect.where}: {suspect.pattern}",
     )
 
@@ -125,16 +120,13 @@ def pose_name(fit: Fit, i: int) -> str:
     return f"{fit.data.pose_id[i]} ({fit.data.name(i)})"
 
 
-def _best(trends: Sequence[Trend]) -> list[Trend]:
+def _best(trends: Iterable[Trend]) -> list[Trend]:
     """Return the first trend of every channel.
 
     Args:
         trends: the one that is wanted first; of the others the strongest first.
     """
-    best: dict[str, Trend] = {}
-    for trend in trends:
-        best.setdefault(trend.channel, trend)
-    return list(best.values())
+    return [some[0] for some in grouped((trend.channel, trend) for trend in trends).values()]
 
 
 def _unit_at(where: str) -> str:
@@ -150,56 +142,41 @@ def _unit_at(where: str) -> str:
     return ""
 
 
-@dataclass(frozen=True, slots=True)
-class _Charts:
-    """What the charts of a fit have in common.
+def _charts(
+    fit: Fit, trends: Iterable[Trend], ranges: Mapping[tuple[str, str], Range] = MappingProxyType({})
+) -> list[str]:
+    """Return SVG charts of the residual over channels, at the trends' places, with means and the worst poses ringed.
 
     Args:
-        named: channels by name, (n,) each.
-        noise: standard deviation per axis [m], [rad]; None where it is not known.
-        at_joint: (6,) factor from noise of position to noise of a joint [mrad per m]: rms over the poses of each row of
-            J^+. worst: rows that are ringed.
+        ranges: of the y axis by channel and place; an axis without one fits the points.
     """
-
-    fit: Fit
-    named: dict[str, Array]
-    noise: float | None
-    at_joint: Array
-    worst: list[int]
-
-    @classmethod
-    def of(cls, fit: Fit) -> _Charts:
-        """Compute what the charts of a fit have in common."""
-        worst = worst_rows(distances(fit.position_error))
-        at_joint = 1e3 * np.sqrt((joint_inverse(fit) ** 2).sum(axis=2).mean(axis=0))
-        return cls(fit, fit_channels(fit), fit.parts.level, at_joint, worst)
-
-    def chart(self, trend: Trend, across: Range | None = None) -> str:
-        """Return the SVG chart of the residual over a channel, at the trend's place, with means and the worst poses.
-
-        Args:
-            across: the range of its y axis; None fits it to the points.
-        """
-        unit, factor = unit_of(trend.channel)
-        values = self.named[trend.channel] * factor
+    named, noise, joint = fit_channels(fit), fit.parts.level, fit.observed.name == "joint"
+    # From noise of position to noise of a joint [mrad per m]: rms over the poses of each row of J^+.
+    at_joint = 1e3 * np.sqrt((joint_inverse(fit) ** 2).sum(axis=2).mean(axis=0))
+    worst = worst_rows(distances(fit.position_error))
+    charts = []
+    for trend in trends:
+        channel, (unit, factor) = trend.channel, unit_of(trend.channel)
+        values, centre = named[channel] * factor, trend.centre * factor
         gain, ours, place = 1e3, "mm", "in space"
         if trend.where != "space":
             ours, place = "mrad", f"at {trend.where}"
-            gain = 1e3 if self.fit.observed.name == "joint" else self.at_joint[int(trend.where[-1]) - 1]
-        rows = zip(trend.centre * factor, trend.mean, trend.spread, strict=True)
-        text = [f"{trend.channel} {x:.4g} {unit}: mean {m:+.4f} +- {e:.4f} {ours}" for x, m, e in rows]
-        marks = [
-            (i, f"{pose_name(self.fit, i)}: {trend.values[i]:+.4f} {ours} at {trend.channel} {values[i]:.4g} {unit}")
-            for i in self.worst
-        ]
-        return scatter(
+            gain = 1e3 if joint else at_joint[int(trend.where[-1]) - 1]
+        rows = zip(centre, trend.mean, trend.spread, strict=True)
+        text = [f"{channel} {x:.4g} {unit}: mean {m:+.4f} +- {e:.4f} {ours}" for x, m, e in rows]
+        chart = scatter(
             values,
             trend.values,
-            f"{trend.channel} [{unit}]" if unit else trend.channel,
+            f"{channel} [{unit}]" if unit else channel,
             f"{ours} {place}",
-            noise=None if self.noise is None else 2 * self.noise * gain,
-            title=f"{trend.channel}: {100 * trend.share:.0f} % of the error {place}",
-            bins=Bins(trend.centre * factor, trend.mean, trend.spread, text),
-            marks=marks,
-            across=across,
+            noise=None if noise is None else 2 * noise * gain,
+            title=f"{channel}: {100 * trend.share:.0f} % of the error {place}",
+            bins=Bins(centre, trend.mean, trend.spread, text),
+            marks=[
+                (i, f"{pose_name(fit, i)}: {trend.values[i]:+.4f} {ours} at {channel} {values[i]:.4g} {unit}")
+                for i in worst
+            ],
+            across=ranges.get((channel, trend.where)),
         )
+        charts.append(chart)
+    return charts

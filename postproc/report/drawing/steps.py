@@ -10,15 +10,15 @@ from scipy import stats
 
 from postproc.arrays import Array
 from postproc.compensation.correction.inverse import command
-from postproc.effects.asking import displacement_of
+from postproc.effects.asking import displacement_of, load_of
 from postproc.estimation.fitted import Fit
 from postproc.measure.errors import distances
 from postproc.model.arm import Model
 from postproc.report.blocks import Values
 from postproc.report.drawing.charts import shares
 from postproc.report.drawing.columns import chain_of, exact, packed
-from postproc.report.drawing.laws import forces, law_charts, laws_of
-from postproc.report.drawing.residuals import Channels, pose_name
+from postproc.report.drawing.laws import law_charts, laws_of
+from postproc.report.drawing.residuals import charts_of, pose_name, standing_out
 from postproc.robot.kinematics import forward
 from postproc.robot.pose import displace
 
@@ -42,7 +42,7 @@ def steps_data(rungs: Sequence[Rung], keys: Iterable[str], floor: float | None) 
         rungs: the steps, the last model last. keys: of effects whose curves are drawn. floor: the noise [mm], [mrad].
     """
     last, keys = rungs[-1].fit, list(keys)
-    rows, channels = _chosen(last), Channels.of(rungs[0].fit)
+    rows, ranges = _chosen(last), standing_out(rungs[0].fit)
     q, joint = last.data.state.q[rows], last.observed.name == "joint"
     steps = []
     for rung in rungs:
@@ -52,7 +52,7 @@ def steps_data(rungs: Sequence[Rung], keys: Iterable[str], floor: float | None) 
                 "name": rung.name,
                 "error": 1e3 * rung.error,
                 "away": None if joint else packed(1e3 * away),
-                "charts": channels.charts(rung.fit),
+                "charts": charts_of(rung.fit, ranges),
                 "laws": law_charts(laws_of(rung.fit, keys)),
                 "forces": _forces(rung.fit, keys, rows),
                 "program": _sample_program(rung.fit.model, last, rows),
@@ -80,7 +80,11 @@ def _forces(fit: Fit, keys: Sequence[str], rows: Array) -> list[Values]:
     """
     state = fit.problem.sensitivity.state.rows(rows)
     effects = [e for key in keys if (e := fit.model.effect(key)) is not None and not e.missing(state)]
-    every = [(e.key, body, wrench) for e in effects for body, wrench in forces(e, state).items()]
+    every = [
+        (e.key, body, np.broadcast_to(wrench, (len(state), 6)))
+        for e in effects
+        for body, wrench in load_of(e, state).body.items()
+    ]
     return [{"name": key, "body": body, "wrench": packed(wrench)} for key, body, wrench in every if wrench.any()]
 
 

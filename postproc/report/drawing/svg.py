@@ -56,14 +56,11 @@ class ChartAxes:
         axes.append(f'<text x="12" y="{y_at:.0f}" text-anchor="middle" {turn}>{escape(y_label)}</text>')
         if self.title:
             axes.append(f'<text x="2" y="16" class="title">{escape(self.title)}</text>')
-        return svg(*self.size, [*axes, *parts], self.title or f"{y_label} over {x_label}")
-
-
-def dots(places: Array) -> str:
-    """Return points (n, 2) [pixels] as one SVG path; those on the same half pixel are drawn once."""
-    distinct = np.unique(np.round(2 * places).astype(int), axis=0) / 2
-    path = "".join(f"M{x:g} {y:g}h0" for x, y in distinct)
-    return f'<path d="{path}" class="points" stroke-width="{3 if len(distinct) < 1000 else 2}"/>'
+        wide, high = self.size
+        name = escape(self.title or f"{y_label} over {x_label}")
+        head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide}" height="{high}" viewBox="0 0 {wide} {high}"'
+        head += f' role="img" aria-label="{name}" font-family="system-ui, sans-serif" font-size="13">'
+        return f"{head}{''.join([*axes, *parts])}</svg>"
 
 
 def line(places: Array, kind: str) -> str:
@@ -84,12 +81,6 @@ def band(low: Array, high: Array, kind: str) -> str:
     return f'<path d="M{"L".join(f"{x:.1f} {y:.1f}" for x, y in around)}Z" class="{kind}"/>'
 
 
-def ring(place: Array, text: str) -> str:
-    """Return a ring round a point (2,) [pixels] as SVG, which shows ``text`` when pointed at."""
-    x, y = place
-    return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" class="ring"><title>{escape(text)}</title></circle>'
-
-
 def ticks(low: float, high: float) -> Array:
     """Return three to seven round values between two limits, for the ticks of an axis."""
     rough = (high - low) / 5
@@ -103,10 +94,3 @@ def spread(values: Array) -> Range:
     low, high = float(values.min()), float(values.max())
     margin = 0.05 * (high - low) or 1.0
     return low - margin, high + margin
-
-
-def svg(width: int, height: int, parts: Sequence[str], name: str) -> str:
-    """Return an SVG image of width and height [pixels] with these elements, and with a name for screen readers."""
-    head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}"'
-    head += f' role="img" aria-label="{escape(name)}"'
-    return f'{head} font-family="system-ui, sans-serif" font-size="13">{"".join(parts)}</svg>'
