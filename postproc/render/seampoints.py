@@ -189,13 +189,13 @@ def _split(source: Source) -> _SeamTable:
     Raises:
         PostprocError: SEA001, it is no table, or a row does not have all its cells.
     """
-    found: list[Diagnostic] = []
+    warnings: list[Diagnostic] = []
     try:
-        cells = read_cells(source, ColumnMap(), found)
+        cells = read_cells(source, ColumnMap(), warnings)
     except PostprocError as error:
         raise PostprocError([replace(d, code="SEA001") for d in error.diagnostics]) from None
     help_ = "check for a missing separator or a decimal comma"
-    findings = [replace(d, code="SEA001", severity="error", help=help_) for d in found if d.severity != "info"]
+    findings = [replace(d, code="SEA001", severity="error", help=help_) for d in warnings if d.severity != "info"]
     if findings:
         raise PostprocError(findings)
     header = [name.strip('"').lower() for name in cells.header]

@@ -75,12 +75,12 @@ def reached(model: Model, state: State) -> Array:
     """
     if model.controller is None:
         return predict(model, state, PROVED_M)
-    told = forward(model.robot, state.q) @ state.T_flange_tcp
-    q = command(model.controller, known_state(model.already, state), told).q
+    T_base_tcp = forward(model.robot, state.q) @ state.T_flange_tcp
+    q = command(model.controller, known_state(model.already, state), T_base_tcp).q
     return predict(_whole(model), state.with_(q=q), PROVED_M)
 
 
-def told_pose(model: Model, state: State) -> Array:
+def controller_pose(model: Model, state: State) -> Array:
     """T_base_tcp (n, 4, 4) where the controller assumes the TCP at joint angles ``state.q``.
 
     It is the nominal pose, or that of the controller's own model if it corrects by itself.
@@ -96,7 +96,7 @@ def _through_controller(model: Model, state: State, desired: Array) -> Commands:
     The joint angles come from the whole model; the pose to write is the one the controller assigns to these angles.
     """
     solution = command(_whole(model), state, desired)
-    T_commanded = told_pose(model, state.with_(q=solution.q))
+    T_commanded = controller_pose(model, state.with_(q=solution.q))
     nominal = command(rigid(model), state.with_(q=solution.q), T_commanded)
     return Commands(nominal.q, T_commanded, np.maximum(solution.residual_m, nominal.residual_m))
 

@@ -125,8 +125,8 @@ def expect_accuracy(model: Model, motion: Motion, source: Source) -> tuple[Accur
     sigma = predict_sigma(model, at_goals, instrument=False)
     if np.isnan(sigma).any():
         return None, findings
-    left_open = undetermined_under_load(model, at_goals, WITHIN_95)
-    return Accuracy(float(np.sqrt(np.mean(sigma**2))), float(WITHIN_95 * sigma.max()), left_open), findings
+    undetermined = undetermined_under_load(model, at_goals, WITHIN_95)
+    return Accuracy(float(np.sqrt(np.mean(sigma**2))), float(WITHIN_95 * sigma.max()), undetermined), findings
 
 
 def _targets(motion: Motion) -> Index:
