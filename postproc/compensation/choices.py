@@ -148,7 +148,7 @@ def _other_goals(
     if not any(_open(d) for d in program.declarations):
         return []
     values = known_values(program, WriteEffects(program).may_be_written)
-    corrected = {move.event.statement.key for move in plan.motion.moves}.intersection(plan.places) - plan.left.keys()
+    corrected = plan.places.keys() - plan.uncorrected.keys()
     known = {reached(event) for event in events}
     options, station = plan.motion.options, model.station or Station()
     goals: list[OtherGoal] = []

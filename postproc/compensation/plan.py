@@ -41,14 +41,13 @@ class CorrectionPlan:
     Args:
         changes: texts to change.
         places: kind of place in the text where the correction of each statement is written.
-        left: statements that stay uncorrected, with the reason.
+        uncorrected: statements that stay uncorrected, with the reason.
         unasked: those of them that the scope leaves out.
         seam_mates: those of them that stay since another statement of their seam cannot be corrected.
         relaxed: moves whose statement gets one correction for runs that need different ones.
         insertions: statements to add; shares: by move that they divide, the fractions of its way at which they are.
         transitions: where the correction jumps.
-        refused: moves that need added targets for which there is no text, with the reason.
-        why_whole: returns why nothing can be added before a move, empty if something can.
+        why_undivided: returns why nothing can be added before a move, or no text suits what it needs; empty if it can.
         path_tolerance: (m,) allowed deviation along each move [m].
         division_tolerance: (m,) the same below which no target is added [m].
         expected_m: expected to remain on the arm [m].
@@ -59,15 +58,14 @@ class CorrectionPlan:
     exact: Exact
     changes: tuple[Change, ...]
     places: Mapping[StatementKey, Place]
-    left: Mapping[StatementKey, str]
+    uncorrected: Mapping[StatementKey, str]
     unasked: frozenset[StatementKey]
     seam_mates: frozenset[StatementKey]
     relaxed: frozenset[int]
     insertions: tuple[Insertion, ...]
     shares: Mapping[int, tuple[float, ...]]
     transitions: tuple[Transition, ...]
-    refused: Mapping[int, str]
-    why_whole: Callable[[int], str]
+    why_undivided: Callable[[int], str]
     path_tolerance: Array
     division_tolerance: Array
     expected_m: float
@@ -157,15 +155,14 @@ class Planner:
             exact=written,
             changes=(*changes, *added.circle_points),
             places=places,
-            left=staying,
+            uncorrected=staying,
             unasked=self.unasked,
             seam_mates=mates,
             relaxed=frozenset(i for i, key in enumerate(self.keys) if key in relaxed),
             insertions=tuple(added.insertions),
             shares=added.shares,
             transitions=tuple(transitions),
-            refused=added.refused,
-            why_whole=self.divisible.why_not,
+            why_undivided=lambda i: added.refused.get(i) or self.divisible.why_not(i),
             path_tolerance=self.tolerance,
             division_tolerance=self.division.tolerance,
             expected_m=self.expected_m,

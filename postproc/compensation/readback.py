@@ -230,7 +230,9 @@ def drive(
         gone[i] += not stands[j]
     idle = np.array(stands, dtype=bool)
     # What the arm could not run before is no part of the plan, even where it can by now.
-    ran = [e if _moveless(e) or owners[j] in index else replace(e, reason=OUT_OF_REACH) for j, e in enumerate(ran)]
+    moved = [e.reason is None and e.statement.interpolation != "none" for e in ran]
+    lost = (moves_arm and i not in index for moves_arm, i in zip(moved, owners, strict=True))
+    ran = [replace(e, reason=OUT_OF_REACH) if is_lost else e for e, is_lost in zip(ran, lost, strict=True)]
     warnings: list[Diagnostic] = []
     # A side of approach may be as old as the program.
     for a, b in [(0, len(ran))] if feels_sides(model) else _parts(ran):
@@ -260,11 +262,6 @@ def drive(
         yield Driven(motion_of(model, samples, plan.motion.timeline, plan.motion.options, place), owner)
     if any(missing.values()):
         raise PostprocError(warnings)
-
-
-def _moveless(event: MotionEvent) -> bool:
-    """Whether an event is not understood or does not move the arm."""
-    return event.reason is not None or event.statement.interpolation == "none"
 
 
 def _parts(events: Sequence[MotionEvent]) -> Iterator[tuple[int, int]]:

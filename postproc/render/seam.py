@@ -166,7 +166,10 @@ def _welds(weld: _SeamData, points: SeamPoints, side_files: Sequence[Source]) ->
     if points.speed_mm_s is None:
         return [weld], [0] * len(points.place_mm)
     speeds, index = np.unique(points.speed_mm_s, return_inverse=True)
-    value = weld.value or _declared(weld.name, side_files)
+    declared = read_program(side_files).declaration(weld.name) if weld.value is None else None
+    value = weld.value
+    if declared is not None and declared.init is not None:
+        value = declared.source.data[slice(*declared.init)].decode("latin-1")
     if value is None:
         text = f"the table gives speeds, and the value of `{weld.name}`, which has one too, is not known"
         help_ = "give its value, or the file that declares it (`--with`), or take the column out"
@@ -178,16 +181,6 @@ def _welds(weld: _SeamData, points: SeamPoints, side_files: Sequence[Source]) ->
     names = [weld.name] if alone else [f"{weld.name}_{i + 1}" for i in range(len(speeds))]
     values = [re.sub(r"^\[\s*[^,\]]+", f"[{speed:g}", value, count=1) for speed in speeds]
     return [_SeamData(weld.storage, weld.type, n, v) for n, v in zip(names, values, strict=True)], index.tolist()
-
-
-def _declared(name: str, side_files: Sequence[Source]) -> str | None:
-    """Text of the initial value that the given modules declare for data of that name; None if they declare none."""
-    declaration = read_program(side_files).declaration(name)
-    return (
-        None
-        if declaration is None or declaration.init is None
-        else declaration.source.data[slice(*declaration.init)].decode("latin-1")
-    )
 
 
 def _placed(points: SeamPoints, clearance_mm: float) -> list[Pose]:

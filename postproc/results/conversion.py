@@ -157,7 +157,7 @@ def _seam_values(seam: Seam) -> Values:
         "before_mm": seam.before_mm,
         "after_mm": seam.after_mm,
         "added_targets": seam.added_targets,
-        "left": len(seam.left),
+        "left": len(seam.uncorrected),
     }
 
 

@@ -90,8 +90,10 @@ def measure_deviation(model: Model, programmed: Samples, parts: Iterable[Driven]
             real = _reached(model, part.motion.at(once), ran.mounts_at(once), ran.T_work_tcp[once])[repeated]
             away[rows], u[rows] = away_from_curves(programmed.curves, of[rows], real[:, :3, 3])
             joints = rows.start + np.flatnonzero(in_joints[rows])
-            wanted = programmed_positions(programmed, ran, of, joints)
-            away[joints] = real[joints - rows.start, :3, 3] - wanted
+            # Moves that are not divided have as many samples as in the original.
+            size = (programmed.goal - programmed.start)[of[joints]]
+            at = programmed.start[of[joints]] + np.round(ran.u[joints] * size).astype(int)
+            away[joints] = real[joints - rows.start, :3, 3] - programmed.T_work_tcp[at, :3, 3]
             u[joints] = ran.u[joints]
             goals = slice(*np.searchsorted(ran.goal, [rows.start, rows.stop]))
             reached[goals] = real[ran.goal[goals] - rows.start]
@@ -113,19 +115,6 @@ def _reached(model: Model, state: State, mounts: Mounts, T_work_tcp: Array) -> A
         return seen
     # A stationary tool pushes where it stands, not where it was commanded to be on the work.
     return mounts.seen(reached(model, state.with_(T_flange_tcp=mounts.flange_tcp(seen))), seen)
-
-
-def programmed_positions(programmed: Samples, ran: Samples, of: Index, rows: Index) -> Array:
-    """Positions (k, 3) [m] of the programmed moves at the fractions that samples of the program that ran have.
-
-    Args:
-        ran: samples of the program that ran; those chosen belong to moves that are not divided.
-        of: (n,) index of the programmed move of each of them.
-        rows: (k,) indices of the chosen samples.
-    """
-    size = programmed.goal - programmed.start
-    at = programmed.start[of[rows]] + np.round(ran.u[rows] * size[of[rows]]).astype(int)
-    return programmed.T_work_tcp[at, :3, 3]
 
 
 def away_from_curves(curves: Curves, move: Index, p: Array) -> tuple[Array, Array]:

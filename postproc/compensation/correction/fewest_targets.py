@@ -77,7 +77,11 @@ def _added_samples(division: Division, i: int, T_commanded: Array) -> list[int]:
     begin, curves = int(samples.start[i]), samples.curves
     rows = slice(begin, int(samples.goal[i]) + 1)
     u, weight = samples.u[rows], division.weight[rows]
-    allowed = _outside_zones(samples, i, u)
+    # At least two zone radii from start and goal: the controller cuts a zone to half the distance to the next target,
+    # and an added target would be the next one.
+    near, far = (2 * _zone_in_force(samples, k) - 1e-9 for k in (i - 1, i))
+    length = float(curves.length[i])
+    allowed = (u > 0) & (u < 1) & (u * length >= near) & ((1 - u) * length >= far)
     if curves.arc[i]:
         intervals = len(u) - 1
         part = max(SHORTEST_PIECE / curves.length[i], SMALLEST_PIECE / curves.angle[i], 2 / intervals)
@@ -128,17 +132,6 @@ def _chord_deviations(samples: Samples, shift: Array, weight: Array) -> Array:
     return result
 
 
-def _outside_zones(samples: Samples, i: int, u: Array) -> Flags:
-    """Per sample of move i, with fractions u, whether it is at least two zone radii away from start and goal.
-
-    The controller cuts a zone to half the distance to the next target, and an added target would be the next one.
-    """
-    length = float(samples.curves.length[i])
-    near, far = 2 * _zone_in_force(samples, i - 1), 2 * _zone_in_force(samples, i)
-    inside = (u > 0) & (u < 1)
-    return inside & (u * length >= near - 1e-9) & ((1 - u) * length >= far - 1e-9)
-
-
 def _zone_in_force(samples: Samples, i: int) -> float:
     """Zone radius [m] at the goal of move i, after the controller has cut it to half of both moves that meet there."""
     move = samples.moves[i]
@@ -151,21 +144,6 @@ def _zone_in_force(samples: Samples, i: int) -> float:
 def perpendicular(vectors: Array, direction: Array) -> Array:
     """Components of vectors (k, 3) perpendicular to unit directions (3,) or (k, 3); unchanged for zero."""
     return vectors - np.sum(vectors * direction, axis=-1, keepdims=True) * direction
-
-
-def chord_gaps(u: Array, across: Array, weight: Array, a: int, b: int) -> float:
-    """Largest weighted distance [m] between the exact correction and its chord from sample a to sample b.
-
-    Args:
-        u: (k,) increasing fractions along the move.
-        across: (k, 3) exact correction perpendicular to the path [m].
-        weight: (k,) how much a distance counts.
-    """
-    if b - a < 2:
-        return 0.0
-    w = ((u[a + 1 : b] - u[a]) / (u[b] - u[a]))[:, None]
-    gap = (across[a] + (across[b] - across[a]) * w - across[a + 1 : b]) * weight[a + 1 : b, None]
-    return math.sqrt(float(np.einsum("ij,ij->i", gap, gap).max()))
 
 
 def _farthest(deviation: Callable[[int, int], float], a: int, last: int, tolerance: float) -> int:
@@ -246,7 +224,11 @@ def place_vertices(u: Array, across: Array, allowed: Flags, tolerance: float, we
 
     def deviation(a: int, b: int) -> float:
         """Largest weighted chord deviation [m] between samples a and b."""
-        return chord_gaps(u, across, weight, a, b)
+        if b - a < 2:
+            return 0.0
+        w = ((u[a + 1 : b] - u[a]) / (u[b] - u[a]))[:, None]
+        gap = (across[a] + (across[b] - across[a]) * w - across[a + 1 : b]) * weight[a + 1 : b, None]
+        return math.sqrt(float(np.einsum("ij,ij->i", gap, gap).max()))
 
     return _fewest(deviation, allowed, last, tolerance)
 

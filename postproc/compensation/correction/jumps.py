@@ -15,7 +15,6 @@ from postproc.arrays import Array
 from postproc.compensation.correction.curve import Transition
 from postproc.compensation.path.motion import approach_side, feels_sides
 from postproc.effects.asking import displacement_of
-from postproc.effects.base import Effect
 from postproc.effects.contract import State
 from postproc.effects.registry import BUILT_IN
 from postproc.model.arm import Model
@@ -97,22 +96,15 @@ def intervals_for_jumps(model: Model, moves: Sequence[Move], intervals: Array) -
     state = model.with_arm(State(q=probes.q))
     inside = (probes.move[2:] == probes.move[:-2]) & ~probes.curves.joint[probes.move[2:]]
     sharp = np.zeros(len(inside), dtype=bool)
+    twist = np.array([1.0, 1.0, 1.0, REACH, REACH, REACH])  # angles count at the reach of the arm
     for effect in user_effects:
-        for part in _displacements(effect, state):
-            sharp |= np.abs(np.diff(part, 2, axis=0)).max(axis=1) > SHARP
+        share = displacement_of(effect, state)
+        parts = [] if share.joint is None else [REACH * share.joint]
+        parts += [twist * part for part in (share.tool, share.instrument, *share.body.values()) if part is not None]
+        for part in parts:
+            bend = np.diff(np.broadcast_to(part, (len(state), 6)), 2, axis=0)
+            sharp |= np.abs(bend).max(axis=1) > SHARP
     wanted = intervals.astype(float)
     jumping = np.unique(probes.move[2:][sharp & inside])
     wanted[jumping] = np.maximum(wanted, np.ceil(length / CLOSE_SAMPLES_M))[jumping]
     return wanted
-
-
-def _displacements(effect: Effect, state: State) -> list[Array]:
-    """Displacements (n, 6) [m] by one effect: an array for each of joints, tool, instrument and bodies that it moves.
-
-    Joint angles and rotations [rad] are multiplied by the reach of the arm.
-    """
-    share = displacement_of(effect, state)
-    twist = np.array([1.0, 1.0, 1.0, REACH, REACH, REACH])
-    displacements = [] if share.joint is None else [REACH * share.joint]
-    displacements += [twist * part for part in (share.tool, share.instrument, *share.body.values()) if part is not None]
-    return [np.broadcast_to(part, (len(state), 6)) for part in displacements]

@@ -48,8 +48,8 @@ class RigidShift:
         wobj: name of the work object.
         center: (3,) mean place of the targets that were fitted [m], about which the turn is.
         shift: (3,) translation there [m]. turn: (3,) rotation vector [rad].
-        rest: largest distance [m] of a correction, under the loads of the program, from that motion.
-        left_out: the motion is no part of what is corrected.
+        residual: largest distance [m] of a correction, under the loads of the program, from that motion.
+        omitted: the motion is no part of what is corrected.
         at_welds: the targets of its welds were fitted, as it welds there; else all its targets.
         moves: (k,) indices of the moves to its targets. fitted: (f,) those of them that were fitted.
         T_work_wobj: (4, 4) the work object in the work frame.
@@ -59,8 +59,8 @@ class RigidShift:
     center: Array
     shift: Array
     turn: Array
-    rest: float
-    left_out: bool
+    residual: float
+    omitted: bool
     at_welds: bool
     moves: Index
     fitted: Index
@@ -121,11 +121,11 @@ def fit_shifts(model: Model, motion: Motion, program: Program, taught: Sequence[
         at_welds = bool(welds[moves].any())
         fitted = moves[welds[moves]] if at_welds else moves
         T_work_wobj = object_matrix(motion.moves[members[0]].event.wobj)
-        left_out = not to_leave_out.isdisjoint((EVERY, name.lower()))
-        poses = _at_rest(model, motion, _spread_out(motion.samples, fitted))
+        omitted = not to_leave_out.isdisjoint((EVERY, name.lower()))
+        poses = _standing(model, motion, _spread_out(motion.samples, fitted))
         points, ends = ((invert(T_work_wobj) @ T)[:, :3, 3] for T in poses)
         center, d, w = fit_rigid(points, ends - points)
-        shifts.append(RigidShift(name, center, d, w, 0.0, left_out, at_welds, moves, fitted, T_work_wobj))
+        shifts.append(RigidShift(name, center, d, w, 0.0, omitted, at_welds, moves, fitted, T_work_wobj))
     return tuple(shifts)
 
 
@@ -140,9 +140,9 @@ def with_rests(shifts: Sequence[RigidShift], samples: Samples, T_base_flange: Ar
     completed = []
     for shift in shifts:
         T_goal = samples.T_work_tcp[samples.goal[shift.fitted]]
-        rigid = T_goal if shift.left_out else shift.motion @ T_goal
+        rigid = T_goal if shift.omitted else shift.motion @ T_goal
         away = np.linalg.norm(commanded[shift.fitted] - rigid[:, :3, 3], axis=1)
-        completed.append(replace(shift, rest=float(away.max(initial=0.0))))
+        completed.append(replace(shift, residual=float(away.max(initial=0.0))))
     return tuple(completed)
 
 
@@ -154,12 +154,12 @@ def leave_out(samples: Samples, shifts: Sequence[RigidShift]) -> Samples | None:
     Args:
         samples: of the path as programmed.
     """
-    if not any(shift.left_out for shift in shifts):
+    if not any(shift.omitted for shift in shifts):
         return None
     m, curves = len(samples.moves), samples.curves
     G = np.tile(np.eye(4), (m, 1, 1))
     for shift in shifts:
-        if shift.left_out:
+        if shift.omitted:
             G[shift.moves] = invert(shift.motion)
     for i, move in enumerate(samples.moves):
         if move.resumes_from is not None:
@@ -201,7 +201,7 @@ def _spread_out(samples: Samples, moves: Index) -> Index:
     return rows[np.linspace(0, len(rows) - 1, fewest).round().astype(int)]
 
 
-def _at_rest(model: Model, motion: Motion, moves: Index) -> tuple[Array, Array]:
+def _standing(model: Model, motion: Motion, moves: Index) -> tuple[Array, Array]:
     """T_work_tcp (k, 4, 4) of the goals of moves as programmed, and as commanded to an arm at rest without a force."""
     alone = replace(motion.options, force=(0.0, 0.0, 0.0), moment=(0.0, 0.0, 0.0), inertia=False)
     sides = None if motion.sides is None else np.zeros_like(motion.sides)

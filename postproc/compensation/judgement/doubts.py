@@ -19,7 +19,7 @@ from postproc.model.equilibrium import predict
 from postproc.motion.findings import at_move, place
 from postproc.motion.timing.limits import LimitReport, check_limits, join_reports
 from postproc.motion.values import Move
-from postproc.rapid.syntax.spans import TargetSpans, literal
+from postproc.rapid.syntax.spans import literal
 from postproc.robot.arm import Robot
 from postproc.robot.pose import pose_error
 
@@ -87,7 +87,7 @@ def doubt_drawn(shifts: Sequence[RigidShift], moves: Sequence[Move], options: Op
     jogged: dict[str, list[Move]] = {}
     for shift in shifts:
         of_shift = [moves[i] for i in shift.moves.tolist()]
-        if not shift.left_out and shift.wobj.lower() not in stated and _as_stored(of_shift):
+        if not shift.omitted and shift.wobj.lower() not in stated and _as_stored(of_shift):
             jogged.setdefault(shift.wobj, of_shift)
     if not jogged:
         return []
@@ -105,18 +105,15 @@ def _as_stored(moves: Sequence[Move]) -> bool:
     written = set[tuple[str, tuple[int, int]]]()
     for move in moves:
         spans = move.event.target_origin.base.spans
-        if spans is None or _decimals(spans) != PENDANT:
+        match = None if spans is None else literal(spans.source.data, *spans.whole)
+        if spans is None or match is None:
+            return False
+        # Decimals of x, y and z as they are written, without zeros at the end.
+        fractions = [number.partition(b".")[2] for number in match.group(1, 2, 3)]
+        if max((len(f.rstrip(b"0")) for f in fractions if f.isdigit()), default=0) != PENDANT:
             return False
         written.add((spans.source.path, spans.whole))
     return len(written) >= FEWEST_TARGETS
-
-
-def _decimals(spans: TargetSpans) -> int:
-    """The most decimals of x, y and z of a target as it is written, without zeros at the end."""
-    match = literal(spans.source.data, *spans.whole)
-    numbers = () if match is None else (match[1], match[2], match[3])
-    fractions = [n.partition(b".")[2] for n in numbers]
-    return max((len(f.rstrip(b"0")) for f in fractions if f.isdigit()), default=0)
 
 
 def check_corrected(robot: Robot, plan: CorrectionPlan, source: Source) -> tuple[LimitReport, list[Diagnostic]]:

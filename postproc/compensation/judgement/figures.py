@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from postproc.compensation.correction.curve import BEFORE_TARGET, Transition
+from postproc.compensation.correction.curve import Transition
 from postproc.compensation.correction.deviation import Deviation
 from postproc.compensation.plan import CorrectionPlan
 from postproc.compensation.text.values import UNCHANGED_MM
@@ -101,12 +101,6 @@ def in_transition(plan: CorrectionPlan, after: Deviation) -> np.ndarray:
         rows = order[first[t.move] : first[t.move + 1]]
         inside[rows] |= (after.u[rows] >= low - margin) & (after.u[rows] <= high + margin)
     return inside
-
-
-def for_the_next(plan: CorrectionPlan) -> Flags:
-    """(m,) moves whose targets are corrected for the state in which the next move starts, not for their own."""
-    moves = [t.move for t in plan.transitions if t.where == BEFORE_TARGET and t.of_load]
-    return np.isin(np.arange(len(plan.motion.moves)), moves)
 
 
 def transition_findings(plan: CorrectionPlan) -> list[Diagnostic]:

@@ -9,12 +9,12 @@ from dataclasses import replace
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.compensation.correction.curve import BEFORE_TARGET
 from postproc.compensation.correction.deviation import Deviation
 from postproc.compensation.correction.fewest_targets import Division, error_with_targets
 from postproc.compensation.judgement.figures import (
     changing_files,
     finding,
-    for_the_next,
     in_transition,
     transient_finding,
     transition_findings,
@@ -75,7 +75,10 @@ def judge_statements(
     correction = pose_error(samples.T_work_tcp[samples.goal], T_corrected)
     lengths = np.linalg.norm(correction.reshape(-1, 2, 3), axis=2)
     sizes = np.column_stack([after.goal_distance, lengths]).tolist()
-    at_goal = np.where(after.goal_steady & ~for_the_next(plan), after.goal_distance, 0.0)
+    # Such targets are corrected for the state in which the next move starts, not for their own.
+    for_next = [t.move for t in plan.transitions if t.where == BEFORE_TARGET and t.of_load]
+    own_state = ~np.isin(np.arange(len(plan.motion.moves)), for_next)
+    at_goal = np.where(after.goal_steady & own_state, after.goal_distance, 0.0)
     tolerances = plan.path_tolerance, goal_tolerances(plan.motion.moves, plan.motion.options)
     beyond = (changing & ((worst > tolerances[0]) | (at_goal > tolerances[1]))).tolist()
     outcomes: list[StatementOutcome] = []
@@ -161,9 +164,9 @@ def _why(
     key = start.event.statement.key
     if on_the_way and start.event.statement.source.read_only and key not in plan.places:
         return LENT_START
-    if on_the_way and key in plan.left and key not in on_controller:
+    if on_the_way and key in plan.uncorrected and key not in on_controller:
         return STAYING_START
-    undivided = next((why for i in rows if (why := plan.refused.get(i) or plan.why_whole(i))), None)
+    undivided = next((why for i in rows if (why := plan.why_undivided(i))), None)
     if undivided is not None:
         return f"no target was added: {undivided}"
     path, least = float(plan.path_tolerance[farthest]), float(plan.division_tolerance[farthest])
@@ -195,7 +198,7 @@ def _outcome(
     """
     if statement.interpolation == "none":
         return StatementOutcome(statement, "skipped", NO_ARM_MOTION)
-    uncorrected = plan.left.get(statement.key)
+    uncorrected = plan.uncorrected.get(statement.key)
     if not rows:
         return StatementOutcome(statement, "skipped", uncorrected or why_no_move(runs))
     reasons = [event.reason for event in runs if event.reason]

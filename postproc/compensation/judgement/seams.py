@@ -35,7 +35,7 @@ class Seam:
     added_targets: int
 
     @property
-    def left(self) -> list[StatementOutcome]:
+    def uncorrected(self) -> list[StatementOutcome]:
         """Statements that stay uncorrected."""
         return [o for o in self.outcomes if o.status == "skipped"]
 
@@ -77,7 +77,7 @@ def uncorrected_seams(seams: Sequence[Seam], plan: CorrectionPlan) -> list[Diagn
     for seam in seams:
         mates = sum(o.statement.key in plan.seam_mates for o in seam.outcomes)
         partly = any(o.status in ("compensated", "run_time") for o in seam.outcomes)
-        for outcome in (o for o in seam.left if o.statement.key not in plan.seam_mates):
+        for outcome in (o for o in seam.uncorrected if o.statement.key not in plan.seam_mates):
             if partly:
                 text, help_ = "this weld statement stays uncorrected in a corrected seam", ""
             elif mates:

@@ -129,30 +129,20 @@ def possible_runs(events: Sequence[MotionEvent], rows: Set[int]) -> dict[int, Mo
     }
 
 
-def fully_requested(runs: Mapping[int, MotionEvent], requested: Set[int]) -> frozenset[StatementKey]:
-    """Statements all of whose possible executions have a request.
-
-    Args:
-        runs: executions by index of the event, from ``possible_runs``.
-        requested: indices of the events that have a request.
-    """
-    lacking = {e.statement.key for row, e in runs.items() if row not in requested}
-    return frozenset({e.statement.key for e in runs.values()} - lacking)
-
-
-def led_elsewhere(runs: Mapping[int, MotionEvent], requested: Set[int]) -> frozenset[StatementKey]:
-    """Statements that also run to an unknown place, or to a place for which they have no request.
+def requested_statements(
+    runs: Mapping[int, MotionEvent], requested: Set[int]
+) -> tuple[frozenset[StatementKey], frozenset[StatementKey]]:
+    """Statements all of whose possible executions have a request, and those that also run to a place without one.
 
     Args:
         runs: executions by index of the event, from ``possible_runs``.
         requested: indices of the events that have a request.
     """
     places = {(e.statement.key, e.target, e.via) for row, e in runs.items() if row in requested}
-    return frozenset(
-        e.statement.key
-        for row, e in runs.items()
-        if row not in requested and (e.statement.key, e.target, e.via) not in places
-    )
+    others = [e for row, e in runs.items() if row not in requested]
+    complete = {e.statement.key for e in runs.values()} - {e.statement.key for e in others}
+    elsewhere = (e.statement.key for e in others if (e.statement.key, e.target, e.via) not in places)
+    return frozenset(complete), frozenset(elsewhere)
 
 
 @dataclass(frozen=True, slots=True)

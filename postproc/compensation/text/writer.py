@@ -19,10 +19,9 @@ from postproc.compensation.text.slots import (
     SlotKey,
     TargetExpression,
     data_keys,
-    fully_requested,
-    led_elsewhere,
     may_serve,
     possible_runs,
+    requested_statements,
     slots_of,
     target_expression,
     target_users,
@@ -69,13 +68,14 @@ class Writer:
             anyway: one value serves runs that need different ones, however far it is off.
         """
         rows = {self.motion.moves[r.move].row for r in requests}
-        complete = fully_requested(self.runs, rows) if goals is None else served(goals)
+        requested, unresolved = requested_statements(self.runs, rows)
+        complete = requested if goals is None else served(goals)
         fixed = {} if goals is None else goals.slots
         shared = set() if goals is None else goals.demands.of_slot.keys() - fixed.keys()
         known = self.users, complete, self.written
         editable = [[slot for slot in slots_of(r.origin) if may_serve(slot, r, *known)] for r in requests]
         closed = shared | self._unforeseen(requests, editable)
-        demands = demands_of(requests, editable, closed, led_elsewhere(self.runs, rows), self.expression)
+        demands = demands_of(requests, editable, closed, unresolved, self.expression)
         if anyway:
             demands = replace(demands, largest=np.full(len(requests), np.inf))
         return assign(demands, fixed)
