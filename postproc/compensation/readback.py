@@ -228,11 +228,10 @@ def drive(
     for j, i in enumerate(owners):
         nth[j] = gone[i]
         gone[i] += not stands[j]
-    idle = np.array(stands, dtype=bool)
     # What the arm could not run before is no part of the plan, even where it can by now.
     moved = [e.reason is None and e.statement.interpolation != "none" for e in ran]
-    lost = (moves_arm and i not in index for moves_arm, i in zip(moved, owners, strict=True))
-    ran = [replace(e, reason=OUT_OF_REACH) if is_lost else e for e, is_lost in zip(ran, lost, strict=True)]
+    lost = [moved[j] and i not in index for j, i in enumerate(owners)]
+    ran = [replace(e, reason=OUT_OF_REACH) if lost[j] else e for j, e in enumerate(ran)]
     warnings: list[Diagnostic] = []
     # A side of approach may be as old as the program.
     for a, b in [(0, len(ran))] if feels_sides(model) else _parts(ran):
@@ -247,7 +246,7 @@ def drive(
             continue
         at = begin + np.array([move.row for move in samples.moves])
         owner = np.array([index.get(owners[j], -1) for j in at])
-        missing.subtract(owner[(at >= a) & ~idle[at]].tolist())
+        missing.subtract(i for i, k in zip(owner.tolist(), at.tolist(), strict=True) if k >= a and not stands[k])
         if (owner < 0).any():
             break
         span = [edges.get(i, (0.0, 1.0))[k : k + 2] for i, k in zip(owner.tolist(), nth[at].tolist(), strict=True)]
@@ -257,8 +256,7 @@ def drive(
         unfit = unfit_confdata(model.robot, plan, samples, owner, high < 1.0)
         if unfit:
             raise PostprocError(unfit)
-        move = samples.move
-        place = owner[move] + low[move] + (high - low)[move] * samples.u
+        place = owner[samples.move] + low[samples.move] + (high - low)[samples.move] * samples.u
         yield Driven(motion_of(model, samples, plan.motion.timeline, plan.motion.options, place), owner)
     if any(missing.values()):
         raise PostprocError(warnings)
