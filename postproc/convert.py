@@ -18,11 +18,9 @@ from postproc.compensation.correction.curve import Exact, invert_model
 from postproc.compensation.correction.deviation import Deviation
 from postproc.compensation.correction.rigid_shift import fit_shifts, leave_out, not_taught, with_rests
 from postproc.compensation.judgement.accuracy import expect_on_arm
-from postproc.compensation.judgement.belief import doubt_corrections, doubt_flange_mass
-from postproc.compensation.judgement.dynamics import check_corrected
+from postproc.compensation.judgement.doubts import check_corrected, doubt_corrections, doubt_drawn, doubt_flange_mass
 from postproc.compensation.judgement.figures import figures_of, worsened
 from postproc.compensation.judgement.outcomes import judge_statements, unmeasured, unproved
-from postproc.compensation.judgement.provenance import doubt_drawn
 from postproc.compensation.judgement.seams import find_seams, uncorrected_seams, unfinished_seams
 from postproc.compensation.options import Options
 from postproc.compensation.path.motion import Motion

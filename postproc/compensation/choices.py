@@ -15,10 +15,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.compensation.judgement.transitions import finding
+from postproc.compensation.judgement.figures import finding
 from postproc.compensation.plan import CorrectionPlan
 from postproc.compensation.readback import run_again
-from postproc.compensation.reading import read_motion, without_impossible
+from postproc.compensation.reading import read_runnable
 from postproc.diagnostics import Diagnostic
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
@@ -80,13 +80,9 @@ def check_choices(
 
 def _finding(goal: OtherGoal, without: float, with_: float) -> Diagnostic:
     """CMP023 at the statement, with the deviation [mm] at the other goal without and with its correction."""
-    match goal.value:
-        case bool():
-            shown = str(goal.value).upper()
-        case float():
-            shown = f"{goal.value:g}"
-        case _:
-            shown = f'"{goal.value}"'
+    value, shown = goal.value, f'"{goal.value}"'
+    if isinstance(value, bool | float):
+        shown = str(value).upper() if isinstance(value, bool) else f"{value:g}"
     text = (
         f"where `{goal.name}` is {shown}, its correction leaves {with_:.2f} mm, and none would leave {without:.2f} mm"
     )
@@ -108,7 +104,8 @@ def known_values(program: Program, written: Set[str]) -> list[tuple[Declaration,
         return []
     conditions = [*_conditions(program)]
     texts = [source.data.decode("latin-1") for source in program.sources]
-    sizes = {d.name.lower(): d for d in program.declarations if len(d.dims) == 1}
+    lengths = ((d, d.source.data[slice(*d.dims[0])].strip()) for d in program.declarations if len(d.dims) == 1)
+    sizes = {d.name.lower(): int(length) for d, length in lengths if length.isdigit()}
     known: list[tuple[Declaration, Data]] = []
     for d in open_:
         name = re.compile(rf"(?<![\w.]){re.escape(d.name)}(?!\w)", re.IGNORECASE)
@@ -123,8 +120,9 @@ def known_values(program: Program, written: Set[str]) -> list[tuple[Declaration,
                 numbers = [float(number) for number in _NUMBER.findall(_STRING.sub("", text))]
                 sized = re.search(r"<(?!>)|(?<!<)>", text) is not None
                 values += [n + step for n in numbers for step in ((-1, 0, 1) if sized else (0,))]
-            for array in {m[1].lower() for text in texts for m in _index(d.name).finditer(text)}:
-                values += [float(k + 1) for k in range(_size(sizes.get(array)))]
+            index = re.compile(rf"(\w+)\s*\{{\s*{re.escape(d.name)}\s*\}}", re.IGNORECASE)
+            for array in {m[1].lower() for text in texts for m in index.finditer(text)}:
+                values += [float(k + 1) for k in range(sizes.get(array, 0))]
         known += [(d, value) for value in dict.fromkeys(values)]
     return known if len(known) <= MOST_VALUES else []
 
@@ -132,19 +130,6 @@ def known_values(program: Program, written: Set[str]) -> list[tuple[Declaration,
 def _open(declaration: Declaration) -> bool:
     """Whether an operator may set data: one number, truth or text that stays when the program ends."""
     return declaration.storage == "PERS" and declaration.type in PLAIN and not declaration.dims
-
-
-def _index(name: str) -> re.Pattern[str]:
-    """What finds the names of arrays of which data ``name`` alone is the index."""
-    return re.compile(rf"(\w+)\s*\{{\s*{re.escape(name)}\s*\}}", re.IGNORECASE)
-
-
-def _size(declaration: Declaration | None) -> int:
-    """Number of elements of an array whose size stands as a number, else 0."""
-    if declaration is None:
-        return 0
-    text = declaration.source.data[slice(*declaration.dims[0])].strip()
-    return int(text) if text.isdigit() else 0
 
 
 def _conditions(program: Program) -> Iterator[str]:
@@ -163,7 +148,7 @@ def _other_goals(
     if not any(_open(d) for d in program.declarations):
         return []
     values = known_values(program, write_effects(program).may_be_written)
-    corrected = {move.event.statement.key for move in plan.motion.moves}.intersection(plan.places) - plan.left.keys()
+    corrected = plan.places.keys() - plan.uncorrected.keys()
     known = {reached(event) for event in events}
     options, station = plan.motion.options, model.station or Station()
     goals: list[OtherGoal] = []
@@ -189,11 +174,8 @@ def _deviations(model: Model, goals: Sequence[OtherGoal], plan: CorrectionPlan) 
     """
     result = np.zeros((len(goals), 2))
     events = [e for goal in goals for e in (goal.event, replace(goal.event, target=goal.written))]
-    options = replace(plan.motion.options, inertia=False)
-    motion, findings = read_motion(model, events, options)
-    if motion is None:
-        events, _ = without_impossible(events, findings)
-        motion, _ = read_motion(model, events, options)
+    options = replace(plan.motion.options, inertia=False, allow_partial=True)
+    _, motion, _ = read_runnable(model, events, options)
     if motion is None:
         return result
     samples = motion.samples

@@ -71,7 +71,7 @@ class Draft:
         keys = [s.key for s in self.program.statements]
         if self.plan is None:
             return keys
-        corrected = {move.event.statement.key for move in self.plan.motion.moves} - self.plan.left.keys()
+        corrected = {move.event.statement.key for move in self.plan.motion.moves} - self.plan.uncorrected.keys()
         settled = corrected | self.plan.unasked | self.plan.seam_mates
         return [key for key in keys if key not in settled]
 
@@ -159,7 +159,7 @@ class JudgedProgram:
         return 0 if self.plan is None else len(self.plan.insertions)
 
     @property
-    def left(self) -> int:
+    def uncorrected(self) -> int:
         """Number of statements with a target that stay uncorrected."""
         kept = (o.statement.interpolation for o in self.outcomes if o.status == "skipped")
         return sum(kind not in ("none", "absjoint") for kind in kept)

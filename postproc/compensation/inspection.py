@@ -89,32 +89,24 @@ class Inspection:
             outcomes: of the compensation.
             findings: of the compensation.
         """
-        known = {outcome.statement.key: outcome for outcome in outcomes}
-        rows = tuple(_decided(row, known.get(row.statement.key)) for row in self.rows)
-        here = [forgiven(d) if outcomes and d.matter is Matter.UNFOLLOWABLE else d for d in self.diagnostics]
-        more = [d for d in findings if d.matter is Matter.CONTROLLER]
-        return replace(self, rows=rows, diagnostics=(*here, *more))
+        decisions = {outcome.statement.key: outcome for outcome in outcomes}
+        rows = []
+        for row in self.rows:
+            outcome = decisions.get(row.statement.key)
+            if outcome is None:
+                rows.append(row)
+                continue
+            stays = outcome.status == "skipped" and outcome.statement.interpolation not in ("absjoint", "none")
+            reason = row.reason or (outcome.reason if stays else None)
+            rows.append(replace(row, edited=outcome.edited, reason=reason))
+        diagnostics = [forgiven(d) if outcomes and d.matter is Matter.UNFOLLOWABLE else d for d in self.diagnostics]
+        diagnostics += [d for d in findings if d.matter is Matter.CONTROLLER]
+        return replace(self, rows=tuple(rows), diagnostics=tuple(diagnostics))
 
 
-@dataclass(frozen=True, slots=True)
-class _Postures:
-    """The arm at the goals of n moves.
-
-    Args:
-        q: (n, 6) joint angles [rad].
-        position: (n, 3) of the TCP in base axes [m].
-        singular: (n, 2) arm and wrist, from `singular_postures`.
-        stationary: (n,) whether the tool is stationary.
-    """
-
-    q: Array
-    position: Array
-    singular: NDArray[np.bool_]
-    stationary: NDArray[np.bool_]
-
-    def __getitem__(self, rows: list[int]) -> _Postures:
-        """The postures of the chosen rows."""
-        return _Postures(self.q[rows], self.position[rows], self.singular[rows], self.stationary[rows])
+Postures = tuple[Array, Array, NDArray[np.bool_], NDArray[np.bool_]]
+"""The arm at the goals of n moves: joint angles (n, 6) [rad], the TCP (n, 3) in base axes [m], whether arm and wrist
+are singular (n, 2), and whether the tool is stationary (n,)."""
 
 
 def inspect_program(
@@ -133,10 +125,10 @@ def inspect_program(
     moves, unreachable = read_moves(robot, events, options.free_axes, station)
     path, on_the_way = sample_path(robot, moves) if moves else (None, [])
     at = {move.row: i for i, move in enumerate(moves)}
-    seen = _postures(robot, moves)
+    postures = _postures(robot, moves)
     runs = executions_of(events)
     rows = [
-        _row(statement, events, executions, seen[[at[i] for i in executions if i in at]], robot)
+        _row(statement, events, executions, _chosen(postures, [at[i] for i in executions if i in at]), robot)
         for statement in program.statements
         if not statement.source.read_only
         for executions in [runs.get(statement.key, [])]
@@ -148,37 +140,34 @@ def inspect_program(
     return Inspection(tuple(rows), findings, start, () if path is None else nearest_to(robot, path))
 
 
-def _decided(row: Row, outcome: StatementOutcome | None) -> Row:
-    """The row with the place where its new target is written, and the reason if the statement stays uncorrected."""
-    if outcome is None:
-        return row
-    left = outcome.status == "skipped" and outcome.statement.interpolation not in ("absjoint", "none")
-    return replace(row, edited=outcome.edited, reason=row.reason or (outcome.reason if left else None))
-
-
-def _postures(robot: Robot, moves: Sequence[Move]) -> _Postures:
+def _postures(robot: Robot, moves: Sequence[Move]) -> Postures:
     """The postures of the arm at the goals of moves."""
     q = np.array([move.q for move in moves]).reshape(-1, 6)
     if not moves:
-        return _Postures(q, np.zeros((0, 3)), np.zeros((0, 2), dtype=bool), np.zeros(0, dtype=bool))
+        return q, np.zeros((0, 3)), np.zeros((0, 2), dtype=bool), np.zeros(0, dtype=bool)
     mounts = mounts_of(moves)
     position = mounts.base_tcp(mounts.work(forward(robot, q)))[:, :3, 3]
-    return _Postures(q, position, singular_postures(robot, q), mounts.stationary)
+    return q, position, singular_postures(robot, q), mounts.stationary
 
 
 def _row(
-    statement: MotionStatement, events: Sequence[MotionEvent], executions: Sequence[int], seen: _Postures, robot: Robot
+    statement: MotionStatement,
+    events: Sequence[MotionEvent],
+    executions: Sequence[int],
+    postures: Postures,
+    robot: Robot,
 ) -> Row:
     """The row of one statement: the tool of its first execution, and the posture of the first that the arm can make.
 
     Args:
         executions: indices of its executions in ``events``.
-        seen: the postures at those executions that the arm can make.
+        postures: at those executions that the arm can make.
     """
     if not executions:
         return Row(statement, 0, "", "", 0.0, None, None, (), "no known way of running the program comes here")
-    event, known = events[executions[0]], len(seen.q) > 0
-    conf = tuple(confdata(robot, seen.q[:1])[0].tolist()) if known and robot.opw is not None else None
+    q, position, singular, stationary = postures
+    event, known = events[executions[0]], len(q) > 0
+    conf = tuple(confdata(robot, q[:1])[0].tolist()) if known and robot.opw is not None else None
     stated = event.target.extax if event.target is not None else NO_AXES
     axes = {letter: axis for letter, axis in zip(LETTERS, stated, strict=True) if axis < NO_AXIS}
     return Row(
@@ -187,13 +176,19 @@ def _row(
         event.tool.name,
         event.wobj.name,
         event.tool.tload.mass + event.gripload.mass,
-        seen.position[0] * 1e3 if known else None,
-        np.degrees(seen.q[0]) if known else None,
-        (STATIONARY,) * bool(seen.stationary[:1].any()) + posture_notes(robot, seen.q, seen.singular) if known else (),
+        position[0] * 1e3 if known else None,
+        np.degrees(q[0]) if known else None,
+        (STATIONARY,) * bool(stationary[:1].any()) + posture_notes(robot, q, singular) if known else (),
         _reason(event, known),
         confdata=conf,
         external_axes=axes,
     )
+
+
+def _chosen(postures: Postures, rows: list[int]) -> Postures:
+    """The postures of the chosen moves."""
+    q, position, singular, stationary = postures
+    return q[rows], position[rows], singular[rows], stationary[rows]
 
 
 def _reason(event: MotionEvent, known: bool) -> str | None:

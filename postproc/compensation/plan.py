@@ -9,17 +9,16 @@ from itertools import pairwise
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.compensation.correction.circles import arcs_without_start, spoiled_starts
 from postproc.compensation.correction.curve import Exact, Transition, commanded_curve, place_targets
-from postproc.compensation.correction.fewest_targets import Division, divide_moves
-from postproc.compensation.correction.reversals import find_reversals
+from postproc.compensation.correction.fewest_targets import Division, circle_gaps, divide_moves
+from postproc.compensation.correction.jumps import find_reversals
 from postproc.compensation.path.motion import Motion
 from postproc.compensation.reading import why_no_move
 from postproc.compensation.seams import seam_mates
 from postproc.compensation.text.added_targets import TargetAdder
 from postproc.compensation.text.assignment import Assignment
 from postproc.compensation.text.insertions import DivisibleMoves
-from postproc.compensation.text.requests import Requester
+from postproc.compensation.text.requests import Requester, ends_of
 from postproc.compensation.text.values import Change, Insertion, Place
 from postproc.compensation.text.writer import Writer, corrected
 from postproc.compensation.tolerances import division_tolerances, in_scope, path_tolerances
@@ -29,6 +28,10 @@ from postproc.rapid.program.program import Program
 
 SEARCHED = "a search begins here: with one end of its line corrected it would find another place"
 OUT_OF_SCOPE = "it does not weld, and the scope is `welds`"
+BEHIND = "its circle begins where the arm stays as it is, nobody knows where: corrected points would make another one"
+BEFORE = "the arc behind it stays as it is, and with a corrected start it would be another one"
+WORSE_CIRCLE = 1.25
+"""How much farther off an arc may be with a corrected start: a circle point in the middle makes 1.125 of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,14 +41,13 @@ class CorrectionPlan:
     Args:
         changes: texts to change.
         places: kind of place in the text where the correction of each statement is written.
-        left: statements that stay uncorrected, with the reason.
+        uncorrected: statements that stay uncorrected, with the reason.
         unasked: those of them that the scope leaves out.
         seam_mates: those of them that stay since another statement of their seam cannot be corrected.
         relaxed: moves whose statement gets one correction for runs that need different ones.
         insertions: statements to add; shares: by move that they divide, the fractions of its way at which they are.
         transitions: where the correction jumps.
-        refused: moves that need added targets for which there is no text, with the reason.
-        why_whole: returns why nothing can be added before a move, empty if something can.
+        why_undivided: returns why nothing can be added before a move, or no text suits what it needs; empty if it can.
         path_tolerance: (m,) allowed deviation along each move [m].
         division_tolerance: (m,) the same below which no target is added [m].
         expected_m: expected to remain on the arm [m].
@@ -56,15 +58,14 @@ class CorrectionPlan:
     exact: Exact
     changes: tuple[Change, ...]
     places: Mapping[StatementKey, Place]
-    left: Mapping[StatementKey, str]
+    uncorrected: Mapping[StatementKey, str]
     unasked: frozenset[StatementKey]
     seam_mates: frozenset[StatementKey]
     relaxed: frozenset[int]
     insertions: tuple[Insertion, ...]
     shares: Mapping[int, tuple[float, ...]]
     transitions: tuple[Transition, ...]
-    refused: Mapping[int, str]
-    why_whole: Callable[[int], str]
+    why_undivided: Callable[[int], str]
     path_tolerance: Array
     division_tolerance: Array
     expected_m: float
@@ -154,15 +155,14 @@ class Planner:
             exact=written,
             changes=(*changes, *added.circle_points),
             places=places,
-            left=staying,
+            uncorrected=staying,
             unasked=self.unasked,
             seam_mates=mates,
             relaxed=frozenset(i for i, key in enumerate(self.keys) if key in relaxed),
             insertions=tuple(added.insertions),
             shares=added.shares,
             transitions=tuple(transitions),
-            refused=added.refused,
-            why_whole=self.divisible.why_not,
+            why_undivided=lambda i: added.refused.get(i) or self.divisible.why_not(i),
             path_tolerance=self.tolerance,
             division_tolerance=self.division.tolerance,
             expected_m=self.expected_m,
@@ -177,7 +177,12 @@ class Planner:
         """
         staying = {key: self.excluded[key] for key in self.keys if key in self.excluded}
         staying |= {**dict.fromkeys(self.unasked, OUT_OF_SCOPE), **search_starts(self.events)}
-        staying |= arcs_without_start(self.motion)
+        # The goal of the motion before such an arc, where it begins, is not known.
+        staying |= {
+            move.event.statement.key: BEHIND
+            for move in self.moves
+            if move.kind == "arc" and move.first and not move.event.first and move.resumes_from is None
+        }
         mates: dict[StatementKey, str] = {}
         while True:
             if not self.motion.options.allow_partial:
@@ -187,10 +192,34 @@ class Planner:
             goals = self.writer.assign(self.requester.goals(chosen))
             vias = self.writer.assign(self.requester.vias(chosen, self.exact, self.exact.T_work_tcp), goals)
             stays = {i for i, key in enumerate(self.keys) if key in mates or (key in staying and not self._taken(key))}
-            further = {**spoiled_starts(self.motion, self.exact, stays), **vias.refused, **goals.refused}
+            further = {**self._spoiled_starts(stays), **vias.refused, **goals.refused}
             if further.keys() <= staying.keys():
                 return staying, frozenset(mates), goals
             staying |= further
+
+    def _spoiled_starts(self, stays: Set[int]) -> dict[StatementKey, str]:
+        """Statements to leave uncorrected, with the reason: an arc that stays as it is begins at their target.
+
+        A start that lacks its correction c, a tenth of the way before a corrected circle point, carries the arc twice c
+        beyond its curve; nearer to it, any distance. Such statements are left if their correction takes the arc more
+        than 25 % farther off its commanded curve.
+
+        Args:
+            stays: indices of the moves that stay uncorrected.
+        """
+        samples = self.samples
+        spoiled: dict[StatementKey, str] = {}
+        for i in sorted(i for i in stays if samples.curves.arc[i] and i - 1 not in stays):
+            via = self.moves[i].T_work_via
+            if via is None or self.moves[i].first:
+                continue
+            wanted = self.exact.T_work_tcp[samples.start[i] : samples.goal[i] + 1, :3, 3]
+            goal = samples.T_work_tcp[samples.goal[i], :3, 3]
+            starts = ends_of(samples, self.exact, i)[0], samples.curves.start[i]
+            now, before = (circle_gaps(wanted, start, via[:3, 3], goal).max() for start in starts)
+            if now > WORSE_CIRCLE * before:
+                spoiled[self.keys[i - 1]] = BEFORE
+        return spoiled
 
     def _seam_mates(self, staying: Mapping[StatementKey, str]) -> dict[StatementKey, str]:
         """Weld statements that stay since another one of their seam is in ``staying``, or its target is not known."""

@@ -1,4 +1,7 @@
-"""The written program read back: which part of it belongs to which statement of the original, and what it drives."""
+"""The written program read back: which part of it belongs to which statement of the original, and what it drives.
+
+Its confdata is read against the postures in which the arm comes to its targets.
+"""
 
 from __future__ import annotations
 
@@ -13,21 +16,31 @@ from postproc.compensation.correction.deviation import Deviation, Driven, measur
 from postproc.compensation.options import Options
 from postproc.compensation.path.motion import feels_sides, motion_of
 from postproc.compensation.plan import CorrectionPlan
-from postproc.compensation.postures import unfit_confdata
 from postproc.compensation.reading import OUT_OF_REACH, read_samples
 from postproc.compensation.text.values import Insertion
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.model.arm import Model
+from postproc.motion.findings import place
 from postproc.motion.path.places import place_events
+from postproc.motion.path.postures import OTHER_POSTURE
+from postproc.motion.path.samples import Samples
+from postproc.motion.values import Flags, Index, Move
 from postproc.rapid.data.events import MotionEvent, StatementKey, executions_of
 from postproc.rapid.data.records import RobTarget
 from postproc.rapid.execution.interpreter import AddedMotions
 from postproc.rapid.execution.walk import walk
 from postproc.rapid.program.program import Program, read_again
+from postproc.robot.arm import Robot
 from postproc.robot.cells.station import Station
+from postproc.robot.configuration import confdata, outside_quadrants
+from postproc.robot.inverse import COMPLIANT
 from postproc.watch import Watch, told_of
 
 MOST_EVENTS = 2000  # events of the written program that are looked at together
+OTHER_ARM = 0.2  # [rad] of axes 1 to 3 between two shoulders or elbows: no correction turns them that far
+BENT_RAD = np.radians(6.0)  # |q5| from which on no correction turns axes 4 and 6 by ``OTHER_WRIST`` [rad]
+OTHER_WRIST = 1.0
+NEARBY = np.radians(15.0)  # that axes turn between a circle point and the nearest sample
 
 
 def run_again(
@@ -55,7 +68,7 @@ def run_again(
     written = read_again(program, drafts)
     planned = _planned(program, insertions)
     pairs = zip(written.statements, planned, strict=False)  # ``owners_of`` sees where there are not as many
-    added = AddedMotions.between(program, written, (statement.key for statement, (_, own) in pairs if not own))
+    added = AddedMotions.between(program, written, (statement.key for statement, (_, stays) in pairs if not stays))
     ran = place_events(walk(written, options.entry, added), station or Station())
     if len(planned) != len(written.statements):
         return ran, None
@@ -70,7 +83,7 @@ def _planned(program: Program, insertions: Sequence[Insertion]) -> list[tuple[St
     An added statement has False and the original statement in front of which it stands.
     """
     added = Counter(i.statement.key for i in insertions)
-    return [(s.key, own) for s in program.statements for own in [False] * added[s.key] + [True]]
+    return [(s.key, is_original) for s in program.statements for is_original in [False] * added[s.key] + [True]]
 
 
 def _without_unpaired(
@@ -87,8 +100,8 @@ def _without_unpaired(
     """
     kept, behind = [False] * len(ran), None
     for j in range(len(ran) - 1, -1, -1):
-        key, own = original[ran[j].statement.key]
-        kept[j] = own or key == behind
+        key, is_original = original[ran[j].statement.key]
+        kept[j] = is_original or key == behind
         behind = key if kept[j] else None
     at = np.cumsum(kept) - 1
     return [
@@ -121,15 +134,15 @@ def owners_of(
     met: defaultdict[tuple[StatementKey, bool], int] = defaultdict(int)
     owners, order = [-1] * len(ran), list[int]()
     for j, event in enumerate(ran):
-        key, own = original[event.statement.key]
+        key, is_original = original[event.statement.key]
         again = event.resumes_from is not None
-        if again and not own:
+        if again and not is_original:
             continue
         rows, nth = (standing if again else runs).get(key, []), met[event.statement.key, again]
         if nth >= len(rows) or event.unreachable != events[rows[nth]].unreachable:
             return None
         met[event.statement.key, again] += 1
-        if own and not again:
+        if is_original and not again:
             order.append(rows[nth])
         owners[j] = rows[nth]
     every = {*chain(*runs.values(), *standing.values())}
@@ -215,10 +228,11 @@ def drive(
     for j, i in enumerate(owners):
         nth[j] = gone[i]
         gone[i] += not stands[j]
-    idle = np.array(stands, dtype=bool)
     # What the arm could not run before is no part of the plan, even where it can by now.
-    ran = [e if _moveless(e) or owners[j] in index else replace(e, reason=OUT_OF_REACH) for j, e in enumerate(ran)]
-    said: list[Diagnostic] = []
+    moved = [e.reason is None and e.statement.interpolation != "none" for e in ran]
+    lost = [moved[j] and i not in index for j, i in enumerate(owners)]
+    ran = [replace(e, reason=OUT_OF_REACH) if lost[j] else e for j, e in enumerate(ran)]
+    warnings: list[Diagnostic] = []
     # A side of approach may be as old as the program.
     for a, b in [(0, len(ran))] if feels_sides(model) else _parts(ran):
         begin = max(a - 1, 0)  # with the goal from which the part goes on
@@ -227,12 +241,12 @@ def drive(
         errors = [d for d in findings if d.severity == "error"]
         if errors:
             raise PostprocError(errors)
-        said += [d for d in findings if d.code.startswith("KIN")]
+        warnings += [d for d in findings if d.code.startswith("KIN")]
         if samples is None:
             continue
         at = begin + np.array([move.row for move in samples.moves])
         owner = np.array([index.get(owners[j], -1) for j in at])
-        missing.subtract(owner[(at >= a) & ~idle[at]].tolist())
+        missing.subtract(i for i, k in zip(owner.tolist(), at.tolist(), strict=True) if k >= a and not stands[k])
         if (owner < 0).any():
             break
         span = [edges.get(i, (0.0, 1.0))[k : k + 2] for i, k in zip(owner.tolist(), nth[at].tolist(), strict=True)]
@@ -242,16 +256,10 @@ def drive(
         unfit = unfit_confdata(model.robot, plan, samples, owner, high < 1.0)
         if unfit:
             raise PostprocError(unfit)
-        move = samples.move
-        place = owner[move] + low[move] + (high - low)[move] * samples.u
+        place = owner[samples.move] + low[samples.move] + (high - low)[samples.move] * samples.u
         yield Driven(motion_of(model, samples, plan.motion.timeline, plan.motion.options, place), owner)
     if any(missing.values()):
-        raise PostprocError(said)
-
-
-def _moveless(event: MotionEvent) -> bool:
-    """Whether an event is not understood or does not move the arm."""
-    return event.reason is not None or event.statement.interpolation == "none"
+        raise PostprocError(warnings)
 
 
 def _parts(events: Sequence[MotionEvent]) -> Iterator[tuple[int, int]]:
@@ -273,7 +281,51 @@ def _goes_on(before: MotionEvent, event: MotionEvent) -> bool:
     Tool, load and weld state are the same, the configuration is monitored and the goal of the first is known.
     """
     same = before.tool == event.tool and before.gripload == event.gripload and before.weld == event.weld
-    own = all(before.options.get(name) is not False for name in ("conf_l", "conf_j"))
+    monitored = all(before.options.get(name) is not False for name in ("conf_l", "conf_j"))
     known = before.target is not None and before.reason is None
     kinds = {before.statement.interpolation, event.statement.interpolation}
-    return same and own and known and kinds <= {"line", "arc", "joint"}
+    return same and monitored and known and kinds <= {"line", "arc", "joint"}
+
+
+def unfit_confdata(robot: Robot, plan: CorrectionPlan, ran: Samples, owner: Index, added: Flags) -> list[Diagnostic]:
+    """CMP022, an error, for each target whose confdata does not select the posture that the program has there.
+
+    On lines and arcs that is the posture in which the arm comes; at every target of the original it is also that of the
+    original. Where the confdata of the original does not fit already, nothing is said.
+
+    Args:
+        ran: of the written program; owner: (k,) index of the programmed move of each of its k moves.
+        added: (k,) moves to targets that were added.
+    """
+    programmed = plan.motion.samples
+    fitted = np.abs(programmed.q_reached - programmed.q[programmed.goal]).max(axis=1) < OTHER_POSTURE
+    comes = ~ran.curves.joint & (ran.goal > ran.start)
+    selected = ran.q[ran.goal]
+    unfit = comes & (np.abs(ran.q_reached - selected).max(axis=1) > OTHER_POSTURE) & (added | fitted[owner])
+    change = np.abs(selected - np.array([move.q for move in programmed.moves])[owner])
+    bent = np.abs(np.sin(selected[:, 4])) > np.sin(BENT_RAD)
+    other = (change[:, :3].max(axis=1) > OTHER_ARM) | (bent & (change[:, 3:].max(axis=1) > OTHER_WRIST))
+    unfit |= ~added & other
+    moves = [(ran.moves[j], programmed.moves[owner[j]]) for j in np.flatnonzero(unfit)]
+    return [_unfit(old, move.event.target) for move, old in moves] + [*_unfit_circle_points(robot, plan, ran, owner)]
+
+
+def _unfit_circle_points(robot: Robot, plan: CorrectionPlan, ran: Samples, owner: Index) -> Iterator[Diagnostic]:
+    """CMP022 for circle points with other confdata than in the original that is not that of the way past them."""
+    for j, move in enumerate(ran.moves):
+        via, old = move.event.via, plan.motion.samples.moves[owner[j]]
+        if via is None or move.T_work_via is None or old.event.via is None or via.robconf == old.event.via.robconf:
+            continue
+        rows = slice(int(ran.start[j]), int(ran.goal[j]) + 1)
+        nearest = np.argmin(np.linalg.norm(ran.T_work_tcp[rows, :3, 3] - move.T_work_via[:3, 3], axis=1))
+        q, conf = ran.q[rows][[nearest]], np.array([via.robconf])
+        arm = (confdata(robot, q)[:, 3] ^ conf[:, 3]) > 1
+        if (arm | (outside_quadrants(q, conf) > COMPLIANT + NEARBY)).any():
+            yield _unfit(old, via)
+
+
+def _unfit(move: Move, target: object) -> Diagnostic:
+    """CMP022 for a written target of a programmed move."""
+    conf = [*target.robconf] if isinstance(target, RobTarget) else []
+    text = f"the confdata {conf} of a written target would mean another posture than the arm has there"
+    return Diagnostic("CMP022", "error", text, *place(move.event), "please report this program")

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from postproc.compensation.correction.curve import changing_moves
-from postproc.compensation.correction.inverse import command, rigid, told_pose
-from postproc.compensation.correction.reversals import sample_for
+from postproc.compensation.correction.inverse import command, controller_pose, rigid
+from postproc.compensation.correction.jumps import sample_for
 from postproc.compensation.options import Options
 from postproc.compensation.path.motion import Motion, motion_of
 from postproc.compensation.path.timeline import SWIFT, plan_timeline
@@ -43,7 +43,7 @@ def read_samples(
     moves, findings = read_moves(model.robot, events, options.free_axes, model.station)
     if has_errors(findings) or not moves:
         return None, findings
-    moves = told_joints(model, moves, options)
+    moves = joints_of_controller(model, moves, options)
     swift = np.array([options.inertia and m.speed > SWIFT for m in moves])
     intervals = np.where(
         changing_moves(tuple(moves), options), TRANSITION_INTERVALS, np.where(swift, SWIFT_INTERVALS, 0)
@@ -54,7 +54,7 @@ def read_samples(
         return None, findings + list(error.diagnostics)
 
 
-def told_joints(model: Model, moves: list[Move], options: Options) -> list[Move]:
+def joints_of_controller(model: Model, moves: list[Move], options: Options) -> list[Move]:
     """The moves as a controller that corrects by itself sees them; unchanged if it does not correct.
 
     It assigns to the joint angles of a MoveAbsJ the pose of its own model, at which a line that follows begins. Such
@@ -75,11 +75,11 @@ def told_joints(model: Model, moves: list[Move], options: Options) -> list[Move]
     station, axes = model.station, goal_axes(some)
     gravity = station.gravity(axes) if station is not None and station.carried else None
     state = state if gravity is None else state.with_(gravity=gravity)
-    told = command(rigid(model), state, told_pose(model, state)).q
-    found = list(moves)
-    for i, q in zip(rows, told, strict=True):
-        found[i] = replace(moves[i], q=q)
-    return found
+    nominal = command(rigid(model), state, controller_pose(model, state)).q
+    changed = list(moves)
+    for i, q in zip(rows, nominal, strict=True):
+        changed[i] = replace(moves[i], q=q)
+    return changed
 
 
 def read_motion(
@@ -90,10 +90,10 @@ def read_motion(
     if samples is None:
         return None, findings
     try:
-        timeline, more = plan_timeline(model, samples)
+        timeline, further = plan_timeline(model, samples)
     except PostprocError as error:
         return None, findings + list(error.diagnostics)
-    findings += more
+    findings += further
     if timeline is None:
         return None, findings
     return motion_of(model, samples, timeline, options), findings
@@ -112,12 +112,12 @@ def read_runnable(
     """
     (motion, findings), warnings = read_motion(model, events, options), list[Diagnostic]()
     while has_errors(findings):  # without an error the reading goes further, and may meet another
-        fewer, more = _without_unsure(events, findings, unsure), list[Diagnostic]()
+        fewer, forgiven_errors = _without_unsure(events, findings, unsure), list[Diagnostic]()
         if fewer is events and (options.allow_partial or few_ways(events, findings)):
-            fewer, more = without_impossible(events, findings)
+            fewer, forgiven_errors = without_impossible(events, findings)
         if fewer is events:
             break
-        events, warnings = fewer, [*warnings, *more]
+        events, warnings = fewer, [*warnings, *forgiven_errors]
         motion, findings = read_motion(model, events, options)
     findings = once([*findings, *warnings])
     return events, motion, findings if options.allow_partial else with_way_out(events, findings)
@@ -136,16 +136,8 @@ def _without_unsure(
     Returns:
         The same events where there is no such statement.
     """
-    wrong = {
-        (d.source, d.span[0]) for d in findings if d.severity == "error" and d.matter is not Matter.CELL and d.span
-    }
-    bad = {
-        e.statement.key
-        for e in events
-        if e.reason is None
-        and e.statement.key in unsure
-        and any(s == e.statement.source and e.statement.span[0] <= at < e.statement.span[1] for s, at in wrong)
-    }
+    wrong = [d for d in findings if d.severity == "error" and d.matter is not Matter.CELL]
+    bad = _statements_at(wrong, [e for e in events if e.reason is None and e.statement.key in unsure])
     return [hidden(e, UNREACHABLE) if e.statement.key in bad else e for e in events] if bad else events
 
 
@@ -196,10 +188,10 @@ def few_ways(events: Sequence[MotionEvent], findings: Sequence[Diagnostic]) -> b
     means at most 5 % of the program's motion statements, counted with those already left out as impossible.
     """
     errors = [d for d in findings if d.severity == "error"]
-    left = {e.statement.key for e in events if IMPOSSIBLE in e.unknowns}
+    impossible = {e.statement.key for e in events if IMPOSSIBLE in e.unknowns}
     few = MOST_UNFOLLOWED * len({e.statement.key for e in events})
     places = {(d.source, d.span) for d in errors}
-    return all(d.matter is Matter.UNFOLLOWABLE for d in errors) and len(left) + len(places) <= few
+    return all(d.matter is Matter.UNFOLLOWABLE for d in errors) and len(impossible) + len(places) <= few
 
 
 def with_way_out(events: list[MotionEvent], findings: Sequence[Diagnostic]) -> list[Diagnostic]:
@@ -222,20 +214,20 @@ def no_known_target(
         findings: of the program so far, from which reason and remedy are taken.
         remedy: what would correct targets that are known only at run time, in words.
     """
-    own = [e for e in events if not e.statement.source.read_only and e.statement.interpolation != "none"]
-    known = next((e for e in own if e.reason is None and isinstance(e.target, RobTarget)), None)
-    if known is not None and (told := _of_statement(known, findings)) is not None:
-        text = f"the arm can run none of the motions whose places are known: {told.message}"
-        return Diagnostic("CMP003", "error", text, told.source, told.span, told.help)
+    moving = [e for e in events if not e.statement.source.read_only and e.statement.interpolation != "none"]
+    known = next((e for e in moving if e.reason is None and isinstance(e.target, RobTarget)), None)
+    if known is not None and (why_not := _of_statement(known, findings)) is not None:
+        text = f"the arm can run none of the motions whose places are known: {why_not.message}"
+        return Diagnostic("CMP003", "error", text, why_not.source, why_not.span, why_not.help)
     text = "no motion statement leads to a place that is known before the program runs"
-    reasons = Counter(e.reason for e in own if e.reason is not None)
+    reasons = Counter(e.reason for e in moving if e.reason is not None)
     most = reasons.most_common(1)[0][0] if reasons else ""
     why = f"most often: {most}; " if reasons else ""
     # A tool or frame that the program measures.
     measured = next((d.help for d in findings if d.matter is Matter.MEASURED), None)
-    sets = next((set_first(e.unknowns) for e in own if e.reason == most), None)
+    sets = next((set_first(e.unknowns) for e in moving if e.reason == most), None)
     help_ = measured or remedy or sets or "`postproc inspect` has the reason of every statement"
-    source, span = (own[0].statement.source, own[0].statement.span) if own else (program.sources[0], None)
+    source, span = (moving[0].statement.source, moving[0].statement.span) if moving else (program.sources[0], None)
     return Diagnostic("CMP003", "error", text, source, span, why + help_)
 
 
@@ -248,5 +240,5 @@ def why_no_move(runs: Sequence[MotionEvent]) -> str:
 def _of_statement(event: MotionEvent, findings: Sequence[Diagnostic]) -> Diagnostic | None:
     """The first warning or error placed inside the statement of an event, or None."""
     source, (begin, end) = event.statement.source, event.statement.span
-    mine = (d for d in findings if d.severity != "info" and d.source == source and d.span is not None)
-    return next((d for d in mine if d.span is not None and begin <= d.span[0] < end), None)
+    placed = (d for d in findings if d.severity != "info" and d.source == source and d.span is not None)
+    return next((d for d in placed if d.span is not None and begin <= d.span[0] < end), None)

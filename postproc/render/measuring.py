@@ -37,10 +37,10 @@ def measuring_module(
     start = np.clip(q - RUN_UP * side, robot.lower, robot.upper)
     load: list[float | None] = [None] * len(q) if payload_kg is None else [float(x) for x in payload_kg]
     order = sorted(range(len(q)), key=lambda i: load[i] or 0.0)
-    stood = [["9E9"] * 6] * len(q) if extax is None else [[_axis(x) for x in row] for row in extax]
+    axes = np.full((len(q), 6), np.nan) if extax is None else extax
     poses = [
         {
-            "extax": stood[i],
+            "extax": [f"{value:.3f}" if np.isfinite(value) else "9E9" for value in axes[i]],
             "name": f"j{i + 1:03d}",
             "label": labels[i],
             "joints": q[i],
@@ -52,8 +52,3 @@ def measuring_module(
     template = load_template(environment(), "measuring_module.j2")
     values = {"module": "MeasurePoses", "table": table, "poses": poses, "wait_s": SETTLE_S}
     return (fill(template, values) + "\n").encode("latin-1", "replace")
-
-
-def _axis(value: float) -> str:
-    """Position of an external axis with three decimals, 9E9 if it is not finite."""
-    return f"{value:.3f}" if np.isfinite(value) else "9E9"

@@ -11,13 +11,12 @@ import numpy as np
 from jinja2.sandbox import SandboxedEnvironment
 
 from postproc.arrays import blocks
-from postproc.compensation.text.expressions import amounts_of
 from postproc.compensation.text.insertions import CARRIED
 from postproc.compensation.text.laws import OffsetLaw
+from postproc.compensation.text.slots import amounts_of
 from postproc.compensation.text.values import Change, Insertion, TargetValue
 from postproc.diagnostics import Source
 from postproc.grouping import grouped
-from postproc.rapid.data.records import Vec3
 from postproc.rapid.evaluation.literals import numbers_of
 from postproc.rapid.program.program import Program
 from postproc.rapid.syntax.edits import Edit, edited
@@ -73,10 +72,9 @@ def _around(env: SandboxedEnvironment, change: Change) -> Edit | None:
         text = fill(load_template(env, "path_point.j2"), {"target": change.value})
     elif sums == ["0"] * 3:
         return None
-    elif change.form == "offset":
-        text = fill(load_template(env, "displaced.j2"), {"text": written, "displacement": sums})
     else:
-        text = fill(load_template(env, "components.j2"), {"name": written, "displacement": sums})
+        template, name = ("displaced.j2", "text") if change.form == "offset" else ("components.j2", "name")
+        text = fill(load_template(env, template), {name: written, "displacement": sums})
     lead, newline = line_style(source.data, span[0])
     text = broken(text, lead.decode("latin-1"), newline.decode())
     glued = source.data[span[0] - 1 : span[0]].isalnum() and text[:1].isalpha()
@@ -89,25 +87,14 @@ def _amount_edits(change: Change) -> Iterator[Edit]:
     tree = read_whole_expression(data, *change.span)
     written = data[slice(*change.span)].decode("latin-1")
     for axis, part in enumerate(amounts_of(tree)):
-        law = OffsetLaw(
-            _only(axis, change.law.constant), tuple((n, _only(axis, d)) for n, d in change.law.coefficients)
-        )
-        text = data[slice(*part.span)].decode("latin-1")
+        text, law = data[slice(*part.span)].decode("latin-1"), change.law
         if isinstance(part, Number):
-            amount = number_like(text, part.value, part.value + law.constant[axis], MM_DECIMALS)
-            sums = _sums(replace(law, constant=(0.0, 0.0, 0.0)), written)[axis]
-            text = amount if sums == "0" else f"{amount}+{sums}".replace("+-", "-")
-        else:
-            sums = _sums(law, written)[axis]
-            text = text if sums == "0" else f"{text}+{sums}".replace("+-", "-")
+            text = number_like(text, part.value, part.value + law.constant[axis], MM_DECIMALS)
+            law = replace(law, constant=(0.0, 0.0, 0.0))
+        sums = _sums(law, written)[axis]
+        text = text if sums == "0" else f"{text}+{sums}".replace("+-", "-")
         if text.encode("latin-1") != data[slice(*part.span)]:
             yield Edit(*part.span, text.encode("latin-1", "replace"))
-
-
-def _only(axis: int, values: Vec3) -> Vec3:
-    """The vector with all components but the one of ``axis`` (0 to 2) set to zero."""
-    x, y, z = (value if k == axis else 0.0 for k, value in enumerate(values))
-    return x, y, z
 
 
 def _sums(law: OffsetLaw, text: str) -> list[str]:
@@ -136,7 +123,8 @@ def _number_edits(changes: Sequence[Change]) -> Iterator[tuple[Source, Edit]]:
     None for a target of which no number changes when it is rounded. A quaternion that is equal once it is normalised
     stays as it is written.
     """
-    literals = [_literal(change) for change in changes]
+    matches = (literal(change.source.data, *change.span) for change in changes)
+    literals = [match for match in matches if match is not None]
     before = np.array([numbers_of(match)[:11] for match in literals])
     after = np.array([(*v.pose.trans, *v.pose.rot, *v.robconf) for v in (change.value for change in changes)])
     size = np.array([math.hypot(*row) for row in before[:, 3:7].tolist()])[:, None]
@@ -160,13 +148,6 @@ def _number_edits(changes: Sequence[Change]) -> Iterator[tuple[Source, Edit]]:
                 begin, end = first if begin < 0 else begin, last
         if text:
             yield source, Edit(begin, end, text.encode("latin-1"))
-
-
-def _literal(change: Change) -> re.Match[bytes]:
-    """The match of a target of numbers that is changed."""
-    match = literal(change.source.data, *change.span)
-    assert match is not None
-    return match
 
 
 def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) -> list[tuple[Source, Edit]]:
@@ -208,8 +189,8 @@ def function_edits(
     """Edits that add the functions for points on lines and arcs to the modules that call them, before ENDMODULE."""
     for module in program.modules:
         place = module.source.path, module.name.lower()
-        own = (i for i in insertions if (i.statement.source.path, i.statement.module.lower()) == place)
-        functions = {(i.to.point.function, i.to.point.on_arc) for i in own if i.to.point is not None}
+        added = (i for i in insertions if (i.statement.source.path, i.statement.module.lower()) == place)
+        functions = {(i.to.point.function, i.to.point.on_arc) for i in added if i.to.point is not None}
         if not functions:
             continue
         data = module.source.data

@@ -1,4 +1,8 @@
-"""A weld module out of seam points: approach, arc on, seam, arc off, departure."""
+"""A weld module out of seam points: approach, arc on, seam, arc off, departure.
+
+Axes 1 to 3 stand as far from joint limits and a straight wrist as they can. Of the two wrists that go with them the one
+whose axes 4 and 6 turn fewer quarters from zero is taken: the hose is laid out with both at zero.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +12,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
-from postproc.arrays import Array
+from postproc.arrays import Array, whole_turns
 from postproc.compensation.text.values import TargetValue
 from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.rapid.data.events import MotionEvent
@@ -18,13 +23,16 @@ from postproc.rapid.execution.walk import walk
 from postproc.rapid.motions.units import flange_matrix, matrix_pose
 from postproc.rapid.program.program import read_program
 from postproc.render.seampoints import SeamPoints
-from postproc.render.seamposture import seam_configuration, unreachable
 from postproc.render.templates import environment, fill, load_template
 from postproc.robot.arm import Robot
+from postproc.robot.closed_form import inverse
+from postproc.robot.configuration import QUARTER, TURNING, confdata
 from postproc.robot.pose import transform
+from postproc.robot.track import track
 
 ROUTINE_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,31}")
 ARCDATA = "[0,0,0,0,0,0,0,0,0]"  # arcdata
+SAME_POSTURE = 1e-6  # [rad]
 
 
 @dataclass(frozen=True)
@@ -81,6 +89,8 @@ def seam_module(
     welds, speed_index = _welds(data["weld"], points, side_files)
     placed = _placed(points, options.clearance_mm)
     template = load_template(environment(templates), "seam_module.j2")
+    gaps = np.linalg.norm(np.diff(points.place_mm, axis=0), axis=1)
+    zone = "z1" if gaps.min() >= 2.0 else "z0"
 
     def text(conf: Sequence[Sequence[int]]) -> bytes:
         """The module's text with these configurations (n, 4) of approach, points and departure."""
@@ -97,7 +107,7 @@ def seam_module(
                 {
                     "name": f"p{10 * (i + 1)}", "target": targets[i + 1], "weld": welds[speed_index[i]].name,
                     "instruction": "ArcLStart" if i == 0 else "ArcLEnd" if i == count - 1 else "ArcL",
-                    "zone": "fine" if i in (0, count - 1) else _zone(points),
+                    "zone": "fine" if i in (0, count - 1) else zone,
                 }
                 for i in range(count)
             ],
@@ -156,7 +166,10 @@ def _welds(weld: _SeamData, points: SeamPoints, side_files: Sequence[Source]) ->
     if points.speed_mm_s is None:
         return [weld], [0] * len(points.place_mm)
     speeds, index = np.unique(points.speed_mm_s, return_inverse=True)
-    value = weld.value or _declared(weld.name, side_files)
+    declared = read_program(side_files).declaration(weld.name) if weld.value is None else None
+    value = weld.value
+    if declared is not None and declared.init is not None:
+        value = declared.source.data[slice(*declared.init)].decode("latin-1")
     if value is None:
         text = f"the table gives speeds, and the value of `{weld.name}`, which has one too, is not known"
         help_ = "give its value, or the file that declares it (`--with`), or take the column out"
@@ -170,16 +183,6 @@ def _welds(weld: _SeamData, points: SeamPoints, side_files: Sequence[Source]) ->
     return [_SeamData(weld.storage, weld.type, n, v) for n, v in zip(names, values, strict=True)], index.tolist()
 
 
-def _declared(name: str, side_files: Sequence[Source]) -> str | None:
-    """Text of the initial value that the given modules declare for data of that name; None if they declare none."""
-    declaration = read_program(side_files).declaration(name)
-    return (
-        None
-        if declaration is None or declaration.init is None
-        else declaration.source.data[slice(*declaration.init)].decode("latin-1")
-    )
-
-
 def _placed(points: SeamPoints, clearance_mm: float) -> list[Pose]:
     """Approach, points and departure as poses [mm] in the frame of the work object.
 
@@ -189,12 +192,6 @@ def _placed(points: SeamPoints, clearance_mm: float) -> list[Pose]:
     ends = T[[0, -1]].copy()
     ends[:, :3, 3] -= clearance_mm * 1e-3 * ends[:, :3, 2]
     return [matrix_pose(pose) for pose in (ends[0], *T, ends[1])]
-
-
-def _zone(points: SeamPoints) -> str:
-    """Name of the fly-by zone: ``z1``, or ``z0`` if any two neighbouring points are less than 2 mm apart."""
-    gaps = np.linalg.norm(np.diff(points.place_mm, axis=0), axis=1)
-    return "z1" if gaps.min() >= 2.0 else "z0"
 
 
 def _read(source: Source, side_files: Sequence[Source], count: int) -> list[MotionEvent]:
@@ -231,3 +228,47 @@ def _no_way(points: SeamPoints, robot: Robot, T_base_flange: Array) -> list[Diag
         return ways
     text = f"no configuration of `{robot.name}` holds for the whole seam"
     return [Diagnostic("SEA009", "error", text, points.source, help="divide the seam, or turn the part or the torch")]
+
+
+def seam_configuration(robot: Robot, T_base_flange: Array) -> NDArray[np.int64] | None:
+    """Confdata (n, 4) for flange poses (n, 4, 4) passed one after the other; None if no configuration suits all.
+
+    Of those that do, axes 1 to 3 are farthest from joint limits and a straight wrist, and axes 4 and 6 turned least.
+
+    Raises:
+        PostprocError: KIN005, the arm does not stand as ABB arms do at zero.
+    """
+    postures: list[tuple[float, Array]] = []  # with the smallest distance from a joint limit or a straight wrist
+    middle = (robot.lower + robot.upper) / 2
+    for start in inverse(robot, T_base_flange[:1])[0]:
+        if np.isnan(start).any():
+            continue
+        try:
+            q = track(robot, T_base_flange, start)
+        except PostprocError:  # this branch ends on the way
+            continue
+        # Axes 1, 4 and 6 by whole turns so that the path lies nearest to mid-range.
+        q[:, TURNING] += whole_turns((q.min(axis=0) + q.max(axis=0)) / 2, near=middle)[TURNING]
+        limits = np.minimum(q - robot.lower, robot.upper - q).min()
+        room = float(min(limits, np.abs(np.sin(q[:, 4])).min()))
+        if room > 0.0:
+            postures.append((room, q))
+    if not postures:
+        return None
+    roomy = max(postures, key=lambda way: way[0])[1]
+    wrists = [(room, q) for room, q in postures if np.allclose(q[:, :3], roomy[:, :3], atol=SAME_POSTURE)]
+    return confdata(robot, min(wrists, key=lambda way: (_quarters(way[1]), -way[0]))[1])
+
+
+def unreachable(robot: Robot, T_base_flange: Array) -> NDArray[np.int64]:
+    """Indices of flange poses (n, 4, 4) that the arm cannot take within its limits in any configuration."""
+    q = inverse(robot, T_base_flange)
+    turned = q.copy()
+    turned[..., TURNING] += whole_turns(q, near=(robot.lower + robot.upper) / 2)[..., TURNING]
+    inside = np.all((turned >= robot.lower) & (turned <= robot.upper), axis=-1)
+    return np.flatnonzero(~np.any(inside, axis=1))
+
+
+def _quarters(q: Array) -> int:
+    """Largest turn of axis 4 and of axis 6 from zero in q (n, 6) [rad], each in quarter turns rounded up, added."""
+    return int(np.ceil(np.abs(q[:, [3, 5]]).max(axis=0) / QUARTER).sum())

@@ -125,7 +125,12 @@ def read_seam_points(source: Source) -> SeamPoints:
         raise PostprocError([*table.findings, finding])
     place = table.numbers(POSITION_COLUMNS)
     rotation = _by_quaternion(table) if turned else _by_tangent(table)
-    speed = _speeds(table) if SPEED_COLUMN in table.header else None
+    speed = None
+    if SPEED_COLUMN in table.header:
+        speed = table.numbers((SPEED_COLUMN,))[:, 0]
+        for i in np.flatnonzero(speed <= 0):
+            what = f"{speed[i]:g} mm/s is not a welding speed"
+            table.wrong("SEA005", int(i), table.header.index(SPEED_COLUMN), what, "give a positive speed")
     gaps = np.linalg.norm(np.diff(place, axis=0), axis=1)
     close = np.flatnonzero(gaps < NEAREST_MM)
     help_ = "take one of the two rows out"
@@ -174,28 +179,19 @@ def _by_tangent(table: _SeamTable) -> Array:
     return np.stack([x, np.cross(z, x), z], axis=-1)
 
 
-def _speeds(table: _SeamTable) -> Array:
-    """Welding speeds (n,) [mm/s] of the table; SEA005 for each that is not positive."""
-    speed = table.numbers((SPEED_COLUMN,))[:, 0]
-    for i in np.flatnonzero(speed <= 0):
-        at = table.header.index(SPEED_COLUMN)
-        table.wrong("SEA005", int(i), at, f"{speed[i]:g} mm/s is not a welding speed", "give a positive speed")
-    return speed
-
-
 def _split(source: Source) -> _SeamTable:
     """Header and rows of a seam table, read like a measurement table.
 
     Raises:
         PostprocError: SEA001, it is no table, or a row does not have all its cells.
     """
-    found: list[Diagnostic] = []
+    warnings: list[Diagnostic] = []
     try:
-        cells = read_cells(source, ColumnMap(), found)
+        cells = read_cells(source, ColumnMap(), warnings)
     except PostprocError as error:
         raise PostprocError([replace(d, code="SEA001") for d in error.diagnostics]) from None
     help_ = "check for a missing separator or a decimal comma"
-    findings = [replace(d, code="SEA001", severity="error", help=help_) for d in found if d.severity != "info"]
+    findings = [replace(d, code="SEA001", severity="error", help=help_) for d in warnings if d.severity != "info"]
     if findings:
         raise PostprocError(findings)
     header = [name.strip('"').lower() for name in cells.header]

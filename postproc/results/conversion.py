@@ -153,7 +153,7 @@ def _seam_values(seam: Seam) -> Values:
         "line_to": last.line,
         "length_mm": round(seam.length_mm, 1),
         **attributes(seam, "before_mm", "after_mm", "added_targets"),
-        "left": len(seam.left),
+        "left": len(seam.uncorrected),
     }
 
 

@@ -33,9 +33,9 @@ def rigid_shift_values(shift: RigidShift) -> Values:
         **moved,
         **turned,
         "about_mm": [mm(x, 2) for x in shift.center],
-        "rest_mm": mm(shift.rest, 4),
+        "rest_mm": mm(shift.residual, 4),
         "at_welds": shift.at_welds,
-        "left_out": shift.left_out,
+        "left_out": shift.omitted,
     }
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from postproc.compensation.conversion import Conversion
-from postproc.compensation.correction.circles import BEFORE, BEHIND
 from postproc.compensation.options import Options
+from postproc.compensation.plan import BEFORE, BEHIND
 from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.motion.path.moves import read_moves

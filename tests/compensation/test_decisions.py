@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from postproc.compensation.conversion import Conversion
-from postproc.compensation.text.predecessors import ELSEWHERE
+from postproc.compensation.text.insertions import ELSEWHERE
 from postproc.report.terminal import render_text
 from postproc.results.conversion import conversion_document
 from tests.compensation.build import (

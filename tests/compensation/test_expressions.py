@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from postproc.compensation.text.expressions import target_expression
+from postproc.compensation.text.slots import target_expression
 from postproc.diagnostics import Source
 from postproc.rapid.program.program import Program, read_program
 from tests.compensation.build import module, target

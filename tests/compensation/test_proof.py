@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from postproc.compensation.correction.deviation import away_from_curves
-from postproc.compensation.judgement.dynamics import check_corrected
+from postproc.compensation.judgement.doubts import check_corrected
 from postproc.compensation.options import Options
 from postproc.compensation.reading import read_samples
 from postproc.compensation.text.requests import Requester

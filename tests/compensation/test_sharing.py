@@ -7,8 +7,8 @@ import re
 import numpy as np
 import pytest
 
+from postproc.compensation.text.insertions import ELSEWHERE
 from postproc.compensation.text.laws import fit_affine
-from postproc.compensation.text.predecessors import ELSEWHERE
 from tests.compensation.build import convert, events, independent, lines_of, module, target, written
 
 A, B, C, D = target(1300, -500), target(1330, -470), target(1350, -430), target(1350, -330)

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from postproc.compensation.correction.fewest_targets import Division, left_by_targets
+from postproc.compensation.correction.fewest_targets import Division, error_with_targets
 from postproc.compensation.options import TOLERANCE_M
 from postproc.compensation.plan import OUT_OF_SCOPE
 from postproc.model.file import default_model
@@ -129,7 +129,7 @@ def test_what_targets_would_leave_is_what_they_leave(tolerance_m: float) -> None
         assert plan is not None
         division = Division.of(plan.motion.samples, np.full(len(plan.motion.moves), tolerance_m), plan.motion.steady())
         i = next(i for i, m in enumerate(plan.motion.moves) if m.event.statement.instruction in ("ArcLEnd", "ArcC"))
-        count, remaining = left_by_targets(division, i, plan.curve)
+        count, remaining = error_with_targets(division, i, plan.curve)
         close = convert(text, tolerance_m=tolerance_m)
         assert count > 0 and remaining <= 0.8 * tolerance_m
         key = plan.motion.moves[i].event.statement.key

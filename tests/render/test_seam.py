@@ -17,9 +17,8 @@ from postproc.rapid.data.records import RobTarget
 from postproc.rapid.execution.walk import walk
 from postproc.rapid.motions.units import flange_matrix
 from postproc.rapid.program.program import read_program
-from postproc.render.seam import SeamOptions, seam_module
+from postproc.render.seam import SeamOptions, seam_configuration, seam_module
 from postproc.render.seampoints import read_seam_points
-from postproc.render.seamposture import seam_configuration
 from postproc.robot.catalogue import load_robot
 from postproc.robot.configuration import confdata
 from postproc.robot.inverse import joint_solution

@@ -59,11 +59,19 @@ def applicable_model(model: Model, events: Sequence[MotionEvent], options: Optio
         if effect.about_data or _moves_instrument(model, effect):
             continue
         if unknown := [axis for axis in effect.external_axes if axis not in joints]:
-            findings.append(_no_such_axis(effect, unknown, source))
+            names = " and ".join(f"`eax_{axis}`" for axis in unknown)
+            text = f"`{effect.key}` speaks of {names}, and nobody says what carries the arm or its work there"
+            help_ = "describe the axis in `[[external_axes]]` of the model or with `--cell` (docs/my-cell.md)"
+            finding = Diagnostic("CMP016", "warning", f"{text}: it is left out", source, None, help_, Matter.NOT_WHOLE)
+            findings.append(finding)
             if len(unknown) == len(effect.external_axes):
                 continue
         if untold := [name for name in effect.reads if name not in known and name not in stated]:
-            findings.append(_left_out(effect, untold, source))
+            names = " and ".join(f"`{name}`" for name in untold)
+            text = f"`{effect.key}` is left out: it reads {names}, which a program does not tell"
+            flags = " ".join(f"--channel {name}=NUMBER" for name in untold)
+            help_ = f"what it does to the arm stays in the path; say {flags}"
+            findings.append(Diagnostic("CMP016", "warning", text, source, None, help_, Matter.NOT_WHOLE))
             continue
         if effect.role is Role.TOOL_FRAME:
             carried, finding = _carry_tool(model, effect, events)
@@ -73,22 +81,6 @@ def applicable_model(model: Model, events: Sequence[MotionEvent], options: Optio
             effect = carried
         kept.append(effect)
     return corrected_by_controller(model.with_effects(*kept), options.already), findings
-
-
-def _no_such_axis(effect: Effect, unknown: Sequence[str], source: Source) -> Diagnostic:
-    """CMP016, a warning: the effect depends on external axes (letters) that neither model nor cell describes."""
-    names = " and ".join(f"`eax_{axis}`" for axis in unknown)
-    text = f"`{effect.key}` speaks of {names}, and nobody says what carries the arm or its work there: it is left out"
-    help_ = "describe the axis in `[[external_axes]]` of the model or with `--cell` (docs/my-cell.md)"
-    return Diagnostic("CMP016", "warning", text, source, None, help_, Matter.NOT_WHOLE)
-
-
-def _left_out(effect: Effect, untold: Sequence[str], source: Source) -> Diagnostic:
-    """CMP016, a warning: the effect is left out since it reads channels (names) that a program does not state."""
-    names = " and ".join(f"`{name}`" for name in untold)
-    text = f"`{effect.key}` is left out: it reads {names}, which a program does not tell"
-    help_ = f"what it does to the arm stays in the path; say {' '.join(f'--channel {name}=NUMBER' for name in untold)}"
-    return Diagnostic("CMP016", "warning", text, source, None, help_, Matter.NOT_WHOLE)
 
 
 def _without_load(model: Model, options: Options, source: Source) -> Iterator[Diagnostic]:

@@ -93,13 +93,13 @@ def invert_model(model: Model, motion: Motion) -> Exact:
     samples = motion.samples
     T_work_tcp, q = np.empty_like(samples.T_work_tcp), np.empty_like(samples.q)
     for rows in motion.blocks():
-        own, of_own = motion.distinct(rows)
-        mounts, wanted = samples.mounts_at(own), motion.wanted.T_work_tcp[own]
-        state = motion.at(own)
+        once, repeated = motion.distinct(rows)
+        mounts, wanted = samples.mounts_at(once), motion.wanted.T_work_tcp[once]
+        state = motion.at(once)
         if motion.meant is not None:
             state = state.with_(T_flange_tcp=mounts.flange_tcp(wanted))
         commanded = command(model, state, mounts.base_tcp(wanted))
-        T_work_tcp[rows], q[rows] = mounts.seen(commanded.T_base_tcp, wanted)[of_own], commanded.q[of_own]
+        T_work_tcp[rows], q[rows] = mounts.seen(commanded.T_base_tcp, wanted)[repeated], commanded.q[repeated]
     T_flange = samples.curves.mounts.flange(T_work_tcp[samples.goal])
     q_goal = q[samples.goal]
     welding = np.array([m.welding for m in samples.moves])
@@ -161,26 +161,28 @@ def commanded_curve(
     first = np.array([m.first for m in samples.moves])
     space = ~samples.curves.joint & ~first
     T = written.T_work_tcp
-    found: list[Transition] = []
-    asked = _jumps(samples, exact)
-    given = asked if written is exact else _jumps(samples, written)
-    for jumps, of_load, is_goal in zip(given, asked, (False, True), strict=True):
-        beside = np.linalg.norm((jumps - of_load)[:, :3], axis=1)
+    transitions: list[Transition] = []
+    wanted = _jumps(samples, exact)
+    placed = wanted if written is exact else _jumps(samples, written)
+    for jumps, of_load, is_goal in zip(placed, wanted, (False, True), strict=True):
+        gap = np.linalg.norm((jumps - of_load)[:, :3], axis=1)
         for i in np.flatnonzero(space & (np.abs(jumps).max(axis=1) > NO_JUMP)):
             rows = np.arange(samples.start[i], samples.goal[i] + 1)
             time = t[rows] - t[rows[0]]
             turns = samples.mounts_at(rows).joints_by_shift(model.robot, samples.q[rows], samples.T_work_tcp[rows])
             ramp = transition(model.robot, jumps[i], turns, available=float(time[-1]))
             passed = ramp.at(time[-1] - time) if is_goal else ramp.at(time)
-            T = T if found else T.copy()
+            T = T if transitions else T.copy()
             T[rows] = shifted(T[rows], jumps[i] - passed)
             inside = rows[time >= time[-1] - ramp.duration] if is_goal else rows[time <= ramp.duration]
             size = float(np.linalg.norm(jumps[i, :3]))
             ends_at = (int(inside[0]), int(inside[-1]))
             target = int(i) if is_goal else int(i) - 1
             where = BEFORE_TARGET if is_goal else FROM_START
-            found.append(Transition(int(i), where, target, size, ramp.duration, ends_at, bool(beside[i] <= size / 2)))
-    return T, found
+            transitions.append(
+                Transition(int(i), where, target, size, ramp.duration, ends_at, bool(gap[i] <= size / 2))
+            )
+    return T, transitions
 
 
 def _jumps(samples: Samples, exact: Exact) -> tuple[Array, Array]:

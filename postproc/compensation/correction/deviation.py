@@ -80,29 +80,31 @@ def measure_deviation(model: Model, programmed: Samples, parts: Iterable[Driven]
     m = len(programmed.moves)
     goal_distance, goal_steady = np.zeros(m), np.zeros(m, dtype=bool)
     again = np.array([move.resumes_from is not None for move in programmed.moves])
-    found: list[tuple[Array, Index, Array, Flags, Flags]] = []
+    columns: list[tuple[Array, Index, Array, Flags, Flags]] = []
     for part in parts:
         ran, of = part.motion.samples, part.owner[part.motion.samples.move]
         in_joints = programmed.curves.joint[of] | (programmed.start[of] == programmed.goal[of])
         away, u, reached = np.empty((len(of), 3)), np.empty(len(of)), np.empty((len(ran.goal), 4, 4))
         for rows in part.motion.blocks():
-            own, of_own = part.motion.distinct(rows)
-            real = _reached(model, part.motion.at(own), ran.mounts_at(own), ran.T_work_tcp[own])[of_own]
+            once, repeated = part.motion.distinct(rows)
+            real = _reached(model, part.motion.at(once), ran.mounts_at(once), ran.T_work_tcp[once])[repeated]
             away[rows], u[rows] = away_from_curves(programmed.curves, of[rows], real[:, :3, 3])
             joints = rows.start + np.flatnonzero(in_joints[rows])
-            wanted = programmed_positions(programmed, ran, of, joints)
-            away[joints] = real[joints - rows.start, :3, 3] - wanted
+            # Moves that are not divided have as many samples as in the original.
+            size = (programmed.goal - programmed.start)[of[joints]]
+            at = programmed.start[of[joints]] + np.round(ran.u[joints] * size).astype(int)
+            away[joints] = real[joints - rows.start, :3, 3] - programmed.T_work_tcp[at, :3, 3]
             u[joints] = ran.u[joints]
             goals = slice(*np.searchsorted(ran.goal, [rows.start, rows.stop]))
             reached[goals] = real[ran.goal[goals] - rows.start]
         away[again[of]] = 0.0  # counted where it was reached
         steady = part.motion.steady()
-        found.append((away, of, u, ~in_joints, steady))
+        columns.append((away, of, u, ~in_joints, steady))
         # In the order of the moves: the last part of a divided move reaches its goal.
         wanted = programmed.T_work_tcp[programmed.goal[part.owner]]
         goal_distance[part.owner] = np.linalg.norm(reached[:, :3, 3] - wanted[:, :3, 3], axis=1)
         goal_steady[part.owner] = steady[ran.goal]
-    away, of, u, space, steady = (np.concatenate(column) for column in zip(*found, strict=True))
+    away, of, u, space, steady = (np.concatenate(column) for column in zip(*columns, strict=True))
     return Deviation(away, of, u, space, steady, goal_distance, goal_steady)
 
 
@@ -113,19 +115,6 @@ def _reached(model: Model, state: State, mounts: Mounts, T_work_tcp: Array) -> A
         return seen
     # A stationary tool pushes where it stands, not where it was commanded to be on the work.
     return mounts.seen(reached(model, state.with_(T_flange_tcp=mounts.flange_tcp(seen))), seen)
-
-
-def programmed_positions(programmed: Samples, ran: Samples, of: Index, rows: Index) -> Array:
-    """Positions (k, 3) [m] of the programmed moves at the fractions that samples of the program that ran have.
-
-    Args:
-        ran: samples of the program that ran; those chosen belong to moves that are not divided.
-        of: (n,) index of the programmed move of each of them.
-        rows: (k,) indices of the chosen samples.
-    """
-    size = programmed.goal - programmed.start
-    at = programmed.start[of[rows]] + np.round(ran.u[rows] * size[of[rows]]).astype(int)
-    return programmed.T_work_tcp[at, :3, 3]
 
 
 def away_from_curves(curves: Curves, move: Index, p: Array) -> tuple[Array, Array]:

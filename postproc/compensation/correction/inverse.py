@@ -60,7 +60,11 @@ def command(model: Model, state: State, T_base_tcp: Array) -> Commands:
     """
     desired = np.asarray(T_base_tcp, dtype=float).reshape(-1, 4, 4)
     if model.controller is not None:
-        return _through_controller(model, state, desired)
+        # The joint angles come from the whole model; the pose to write is the one that the controller assigns to them.
+        solution = command(_real_arm(model), state, desired)
+        T_commanded = controller_pose(model, state.with_(q=solution.q))
+        nominal = command(rigid(model), state.with_(q=solution.q), T_commanded)
+        return Commands(nominal.q, T_commanded, np.maximum(solution.residual_m, nominal.residual_m))
     state = model.with_arm(state)
     # Work on batches that stay in the processor's cache: twice as fast as 20,000 poses at once.
     done = [_command(model, state.rows(b), desired[b]) for b in blocks(max(len(state), 1))]
@@ -75,12 +79,12 @@ def reached(model: Model, state: State) -> Array:
     """
     if model.controller is None:
         return predict(model, state, PROVED_M)
-    told = forward(model.robot, state.q) @ state.T_flange_tcp
-    q = command(model.controller, known_state(model.already, state), told).q
-    return predict(_whole(model), state.with_(q=q), PROVED_M)
+    T_base_tcp = forward(model.robot, state.q) @ state.T_flange_tcp
+    q = command(model.controller, known_state(model.already, state), T_base_tcp).q
+    return predict(_real_arm(model), state.with_(q=q), PROVED_M)
 
 
-def told_pose(model: Model, state: State) -> Array:
+def controller_pose(model: Model, state: State) -> Array:
     """T_base_tcp (n, 4, 4) where the controller assumes the TCP at joint angles ``state.q``.
 
     It is the nominal pose, or that of the controller's own model if it corrects by itself.
@@ -90,23 +94,12 @@ def told_pose(model: Model, state: State) -> Array:
     return predict(model.controller, known_state(model.already, state))
 
 
-def _through_controller(model: Model, state: State, desired: Array) -> Commands:
-    """``command`` for an arm whose controller corrects a part by itself.
-
-    The joint angles come from the whole model; the pose to write is the one the controller assigns to these angles.
-    """
-    solution = command(_whole(model), state, desired)
-    T_commanded = told_pose(model, state.with_(q=solution.q))
-    nominal = command(rigid(model), state.with_(q=solution.q), T_commanded)
-    return Commands(nominal.q, T_commanded, np.maximum(solution.residual_m, nominal.residual_m))
-
-
 def rigid(model: Model) -> Model:
     """The model without effects and without correction by the controller: nominal kinematics alone."""
-    return _whole(model).with_effects()
+    return _real_arm(model).with_effects()
 
 
-def _whole(model: Model) -> Model:
+def _real_arm(model: Model) -> Model:
     """The model with all its effects and without correction by the controller: the real arm."""
     bare = replace(model, controller=None, already=())
     bare.__dict__["_built"] = model._built
@@ -143,7 +136,8 @@ def _sweeps(model: Model, state: State, desired: Array, most: int) -> tuple[Arra
         new = deflect(model, seen)
         moved = distance(new, deflection)
         deflection = new
-        error = _error(model, state, theta, deflection, desired)
+        T_reached = tcp(deflected_chain(model.robot, theta, deflection.body, False), state, deflection)
+        error = pose_error(T_reached, desired)
         # Sweeps contract evenly: what the next one would still move is foretold by the last two, never by the first.
         worst = float(moved.max(initial=0.0))
         shrinks = min(1.0, worst / last) if sweep > 1 and last > 0.0 else 1.0
@@ -154,9 +148,18 @@ def _sweeps(model: Model, state: State, desired: Array, most: int) -> tuple[Arra
         if residual.max(initial=0.0) <= INVERSE_TOLERANCE_M or sweep == most:
             break
         if sweep >= PATIENCE and model.robot.opw is not None:
-            theta = _closed_form_step(model, state, theta, deflection, desired)
+            # One step p_f <- p_f + (p - p_c) (source paper, Eq. 25 accumulated) in closed form: it needs no Jacobian,
+            # so it also converges near singular poses. In the flange's axes the correction needs no base frame:
+            # T_f <- T_f (T_c^-1 T) with the tool taken off.
+            tool = state.T_flange_tcp
+            T_flange = forward(model.robot, theta) @ tool @ invert(T_reached) @ desired @ invert(tool)
+            theta = _nearest(model, T_flange, theta)
         else:
-            newton = _damped_inverses(model, state, theta) if newton is None else newton
+            if newton is None:
+                # Damped inverses J^T (J J^T + lambda^2)^-1 of the nominal Jacobian, finite at singular poses.
+                J = jacobian(model.robot, theta, state.T_flange_tcp)
+                Jt = np.swapaxes(J, 1, 2)
+                newton = Jt @ np.linalg.inv(J @ Jt + INVERSE_DAMPING**2 * np.eye(6))
             theta = theta + np.einsum("nij,nj->ni", newton, error)
     return theta - deflection.joint, residual
 
@@ -186,44 +189,3 @@ def _nearest(model: Model, T_base_flange: Array, q: Array) -> Array:
     best = np.argmin(far, axis=1)
     nearest = solutions[np.arange(len(q)), best]
     return np.where(np.isnan(nearest), q, nearest)
-
-
-def _error(model: Model, state: State, theta: Array, deflection: Deflection, desired: Array) -> Array:
-    """Pose error (n, 6) [m], [rad] from the real TCP to the desired poses T_base_tcp (n, 4, 4).
-
-    Args:
-        theta: (n, 6) real joint angles [rad].
-        deflection: of bodies and tool.
-    """
-    chain = deflected_chain(model.robot, theta, deflection.body, False)
-    return pose_error(tcp(chain, state, deflection), desired)
-
-
-def _damped_inverses(model: Model, state: State, theta: Array) -> Array:
-    """Damped inverses (n, 6, 6) of the nominal Jacobian at joint angles theta (n, 6), finite at singular poses.
-
-    They are J^T (J J^T + lambda^2)^-1 with lambda = ``INVERSE_DAMPING``.
-    """
-    J = jacobian(model.robot, theta, state.T_flange_tcp)
-    Jt = np.swapaxes(J, 1, 2)
-    return Jt @ np.linalg.inv(J @ Jt + INVERSE_DAMPING**2 * np.eye(6))
-
-
-def _closed_form_step(model: Model, state: State, theta: Array, deflection: Deflection, desired: Array) -> Array:
-    """One step p_f <- p_f + (p - p_c) (source paper, Eq. 25 accumulated), solved by closed-form inverse kinematics.
-
-    It needs no Jacobian, so it also converges near singular poses.
-
-    Args:
-        theta: (n, 6) real joint angles [rad].
-        deflection: of bodies and tool, kept constant in the step.
-        desired: (n, 4, 4) T_base_tcp [m].
-
-    Returns:
-        New angles (n, 6) [rad], on the nearest branch; unchanged where the pose is out of reach.
-    """
-    nominal = forward(model.robot, theta)
-    real = tcp(deflected_chain(model.robot, theta, deflection.body, False), state, deflection)
-    # In the flange's axes, so that the correction needs no base frame: T_f <- T_f (T_c^-1 T) with the tool taken off.
-    tool = state.T_flange_tcp
-    return _nearest(model, nominal @ tool @ invert(real) @ desired @ invert(tool), theta)

@@ -13,8 +13,9 @@ path moved by the inverse of that motion: there the arm brings the torch by itse
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -26,7 +27,7 @@ from postproc.diagnostics import Diagnostic, did_you_mean, joined
 from postproc.grouping import grouped
 from postproc.model.arm import Model
 from postproc.motion.path.samples import Samples
-from postproc.motion.values import Flags, Index, Move
+from postproc.motion.values import Index
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.data.records import WobjData
 from postproc.rapid.motions.units import object_matrix
@@ -47,8 +48,8 @@ class RigidShift:
         wobj: name of the work object.
         center: (3,) mean place of the targets that were fitted [m], about which the turn is.
         shift: (3,) translation there [m]. turn: (3,) rotation vector [rad].
-        rest: largest distance [m] of a correction, under the loads of the program, from that motion.
-        left_out: the motion is no part of what is corrected.
+        residual: largest distance [m] of a correction, under the loads of the program, from that motion.
+        omitted: the motion is no part of what is corrected.
         at_welds: the targets of its welds were fitted, as it welds there; else all its targets.
         moves: (k,) indices of the moves to its targets. fitted: (f,) those of them that were fitted.
         T_work_wobj: (4, 4) the work object in the work frame.
@@ -58,8 +59,8 @@ class RigidShift:
     center: Array
     shift: Array
     turn: Array
-    rest: float
-    left_out: bool
+    residual: float
+    omitted: bool
     at_welds: bool
     moves: Index
     fitted: Index
@@ -102,37 +103,29 @@ def fit_shifts(model: Model, motion: Motion, program: Program, taught: Sequence[
     Args:
         taught: names of work objects whose motion is left out, in any case; ``all`` for every one.
     """
-    asked = {name.lower() for name in taught}
-    names = _Names(program)
+    to_leave_out = {name.lower() for name in taught}
+    name_of = _names_of_objects(program)
     frames = {now: object_matrix(now.wobj).tobytes() for now in {m.event.in_force for m in motion.moves}}
     placed = [
-        ((names.of(m.event), m.frame, m.stationary, frames[m.event.in_force]), i)
+        ((name_of(m.event), m.frame, m.stationary, frames[m.event.in_force]), i)
         for i, m in enumerate(motion.moves)
         if m.T_work_tcp is not None and m.resumes_from is None
     ]
-    shifts_fitted = []
-    welds = _weld_targets(motion.moves)
+    shifts = []
+    # A target of a weld: the arc burns on the way to it, or from there.
+    burns = np.array([move.welding for move in motion.moves], dtype=bool)
+    goes_on = np.array([not move.first for move in motion.moves], dtype=bool)
+    welds = burns | np.append(burns[1:] & goes_on[1:], False)
     for (name, *_), members in grouped(placed).items():
         moves = np.array(members)
         at_welds = bool(welds[moves].any())
         fitted = moves[welds[moves]] if at_welds else moves
         T_work_wobj = object_matrix(motion.moves[members[0]].event.wobj)
-        left_out = not asked.isdisjoint((EVERY, name.lower()))
-        nothing = np.zeros(3)
-        shifts_fitted.append(
-            RigidShift(name, nothing, nothing, nothing, 0.0, left_out, at_welds, moves, fitted, T_work_wobj)
-        )
-    if not shifts_fitted:
-        return ()
-    some = [_spread_out(motion.samples, shift.fitted) for shift in shifts_fitted]
-    T, T_commanded = _at_rest(model, motion, np.concatenate(some))
-    shifts, begin = [], 0
-    for shift, rows in zip(shifts_fitted, some, strict=True):
-        part = slice(begin, begin := begin + len(rows))
-        T_wobj_work = invert(shift.T_work_wobj)
-        points, ends = ((T_wobj_work @ poses[part])[:, :3, 3] for poses in (T, T_commanded))
+        omitted = not to_leave_out.isdisjoint((EVERY, name.lower()))
+        poses = _standing(model, motion, _spread_out(motion.samples, fitted))
+        points, ends = ((invert(T_work_wobj) @ T)[:, :3, 3] for T in poses)
         center, d, w = fit_rigid(points, ends - points)
-        shifts.append(replace(shift, center=center, shift=d, turn=w))
+        shifts.append(RigidShift(name, center, d, w, 0.0, omitted, at_welds, moves, fitted, T_work_wobj))
     return tuple(shifts)
 
 
@@ -147,9 +140,9 @@ def with_rests(shifts: Sequence[RigidShift], samples: Samples, T_base_flange: Ar
     completed = []
     for shift in shifts:
         T_goal = samples.T_work_tcp[samples.goal[shift.fitted]]
-        rigid = T_goal if shift.left_out else shift.motion @ T_goal
+        rigid = T_goal if shift.omitted else shift.motion @ T_goal
         away = np.linalg.norm(commanded[shift.fitted] - rigid[:, :3, 3], axis=1)
-        completed.append(replace(shift, rest=float(away.max(initial=0.0))))
+        completed.append(replace(shift, residual=float(away.max(initial=0.0))))
     return tuple(completed)
 
 
@@ -161,12 +154,12 @@ def leave_out(samples: Samples, shifts: Sequence[RigidShift]) -> Samples | None:
     Args:
         samples: of the path as programmed.
     """
-    if not any(shift.left_out for shift in shifts):
+    if not any(shift.omitted for shift in shifts):
         return None
     m, curves = len(samples.moves), samples.curves
     G = np.tile(np.eye(4), (m, 1, 1))
     for shift in shifts:
-        if shift.left_out:
+        if shift.omitted:
             G[shift.moves] = invert(shift.motion)
     for i, move in enumerate(samples.moves):
         if move.resumes_from is not None:
@@ -200,23 +193,15 @@ def leave_out(samples: Samples, shifts: Sequence[RigidShift]) -> Samples | None:
     return replace(samples, curves=moved, T_work_tcp=T)
 
 
-def _weld_targets(moves: Sequence[Move]) -> Flags:
-    """(m,) whether the arc burns on the way to the goal of a move, or from there."""
-    burns = np.array([move.welding for move in moves], dtype=bool)
-    goes_on = np.array([not move.first for move in moves], dtype=bool)
-    return burns | np.append(burns[1:] & goes_on[1:], False)
-
-
 def _spread_out(samples: Samples, moves: Index) -> Index:
     """Of some moves those with different goals, each place once, evenly reduced to at most 500."""
     places = samples.T_work_tcp[samples.goal[moves], :3, 3].round(6)
     rows = moves[np.sort(np.unique(places, axis=0, return_index=True)[1])]
-    return (
-        rows if len(rows) <= _MOST_TARGETS else rows[np.linspace(0, len(rows) - 1, _MOST_TARGETS).round().astype(int)]
-    )
+    fewest = min(len(rows), _MOST_TARGETS)
+    return rows[np.linspace(0, len(rows) - 1, fewest).round().astype(int)]
 
 
-def _at_rest(model: Model, motion: Motion, moves: Index) -> tuple[Array, Array]:
+def _standing(model: Model, motion: Motion, moves: Index) -> tuple[Array, Array]:
     """T_work_tcp (k, 4, 4) of the goals of moves as programmed, and as commanded to an arm at rest without a force."""
     alone = replace(motion.options, force=(0.0, 0.0, 0.0), moment=(0.0, 0.0, 0.0), inertia=False)
     sides = None if motion.sides is None else np.zeros_like(motion.sides)
@@ -226,38 +211,29 @@ def _at_rest(model: Model, motion: Motion, moves: Index) -> tuple[Array, Array]:
     return T, mounts.seen(command(model, still.at(goals), mounts.base_tcp(T)).T_base_tcp, T)
 
 
-class _Names:
-    """Names of the work objects of motions: those of the data, also where a routine has got one as its parameter."""
+def _names_of_objects(program: Program) -> Callable[[MotionEvent], str]:
+    """A function that returns the name of a motion's work object, also where a routine has it as its parameter.
 
-    def __init__(self, program: Program) -> None:
-        """Take the work objects that a program declares."""
-        self.program = program
-        self.declared = [
-            (d.name, np.array([float(n) for n in _COORDINATE.findall(d.source.data[slice(*d.init)])]))
-            for d in program.declarations
-            if d.type.lower() == "wobjdata" and d.init is not None and not d.routine
-        ]
-        self.known: dict[tuple[str, str, str, int], str] = {}
+    It is as written if that is data, else that of the one work object with the same numbers.
+    """
+    declared = [
+        (d.name, np.array([float(n) for n in _COORDINATE.findall(d.source.data[slice(*d.init)])]))
+        for d in program.declarations
+        if d.type.lower() == "wobjdata" and d.init is not None and not d.routine
+    ]
 
-    def of(self, event: MotionEvent) -> str:
-        """The name of the work object of a motion."""
-        statement, wobj = event.statement, event.wobj
-        key = (wobj.name, statement.module, statement.routine, id(wobj))
-        if key not in self.known:
-            self.known[key] = self._name(event, wobj)
-        return self.known[key]
-
-    def _name(self, event: MotionEvent, wobj: WobjData) -> str:
-        """The name of a work object: as written if that is data, else of the one work object with its numbers."""
-        module, routine = event.statement.module, event.statement.routine
-        inside = self.program.routine(routine, module)
-        hidden = inside is not None and wobj.name.lower() in names_of(inside)
-        if not hidden:
-            declaration = self.program.declaration(wobj.name, module)
+    @cache
+    def name(module: str, routine: str, wobj: WobjData) -> str:
+        """The name of a work object in that routine."""
+        inside = program.routine(routine, module)
+        if inside is None or wobj.name.lower() not in names_of(inside):
+            declaration = program.declaration(wobj.name, module)
             return wobj.name if declaration is None else declaration.name
         numbers = np.array([*wobj.uframe.trans, *wobj.uframe.rot, *wobj.oframe.trans, *wobj.oframe.rot])
-        same = [name for name, n in self.declared if n.shape == numbers.shape and np.allclose(n, numbers, atol=1e-4)]
+        same = [name for name, n in declared if n.shape == numbers.shape and np.allclose(n, numbers, atol=1e-4)]
         return same[0] if len(same) == 1 else wobj.name
+
+    return lambda event: name(event.statement.module, event.statement.routine, event.wobj)
 
 
 def not_taught(taught: Sequence[str], shifts: Sequence[RigidShift], program: Program) -> Iterator[Diagnostic]:

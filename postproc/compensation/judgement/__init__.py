@@ -1,6 +1,5 @@
 """What came out of a compensation.
 
-`outcomes` of every statement, `seams`, `transitions`; `figures` before and after, `dynamics` (limits of the joints),
-`accuracy` (what the model itself is sure of), `belief` (corrections too large to be believed), `provenance` (targets
-that look jogged with this arm).
+`outcomes` of every statement, `seams`; `figures` before and after, `accuracy` (what the model itself is sure of),
+`doubts` (corrections too large to be believed, limits of the joints, targets that look jogged with this arm).
 """

@@ -61,7 +61,10 @@ def expect_on_arm(model: Model, motion: Motion, exact: Exact, source: Source) ->
     the median of arms of the type. Of both it is the larger.
     """
     accuracy, findings = expect_accuracy(model, motion, source)
-    remaining = expect_remaining(model, motion)
+    remaining = None
+    if model.stiffness_source == "estimated":
+        low, high = remaining_fraction(*unknown_loads(model, motion.at(_targets(motion))))
+        remaining = round(low, 3), round(high, 3)
     samples, space = motion.samples, ~motion.samples.curves.joint[motion.samples.move]
     lit = space & np.array([move.welding for move in samples.moves])[samples.move]
     rows, wanted = np.flatnonzero(lit if lit.any() else space), motion.wanted
@@ -73,22 +76,11 @@ def expect_on_arm(model: Model, motion: Motion, exact: Exact, source: Source) ->
     return Expected(accuracy, remaining, distance), [*findings, *doubt_help(remaining, source)]
 
 
-def expect_remaining(model: Model, motion: Motion) -> tuple[float, float] | None:
-    """Lower and upper share (0 to 1) of the deflection expected to remain after the correction.
-
-    None if the stiffness of the model is not an estimate.
-    """
-    if model.stiffness_source != "estimated":
-        return None
-    low, high = remaining_fraction(*unknown_loads(model, motion.at(_targets(motion))))
-    return round(low, 3), round(high, 3)
-
-
 def doubt_help(remaining: tuple[float, float] | None, source: Source) -> list[Diagnostic]:
     """CMP027, a warning, where as much deflection as without a correction may remain, as the stiffness is estimated.
 
     Args:
-        remaining: as `expect_remaining` returns it.
+        remaining: as of `Expected`.
     """
     if remaining is None or remaining[1] < 1.0:
         return []
@@ -102,7 +94,7 @@ def estimated_stiffness(remaining: Sequence[float] | None, before_mm: float) -> 
     """A clause that says how much deflection remains if the stiffness is estimated; empty if it is not.
 
     Args:
-        remaining: as `expect_remaining` returns it. before_mm: largest deviation of the original program.
+        remaining: as of `Expected`. before_mm: largest deviation of the original program.
     """
     if remaining is None:
         return ""
@@ -125,8 +117,8 @@ def expect_accuracy(model: Model, motion: Motion, source: Source) -> tuple[Accur
     sigma = predict_sigma(model, at_goals, instrument=False)
     if np.isnan(sigma).any():
         return None, findings
-    left_open = undetermined_under_load(model, at_goals, WITHIN_95)
-    return Accuracy(float(np.sqrt(np.mean(sigma**2))), float(WITHIN_95 * sigma.max()), left_open), findings
+    undetermined = undetermined_under_load(model, at_goals, WITHIN_95)
+    return Accuracy(float(np.sqrt(np.mean(sigma**2))), float(WITHIN_95 * sigma.max()), undetermined), findings
 
 
 def _targets(motion: Motion) -> Index:

@@ -1,4 +1,4 @@
-"""How far the torch is off, before and after: the figures of a conversion."""
+"""How far the torch is off before and after, without the samples at which the correction passes from state to state."""
 
 from __future__ import annotations
 
@@ -6,11 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from postproc.compensation.correction.curve import Transition
 from postproc.compensation.correction.deviation import Deviation
-from postproc.compensation.judgement.transitions import in_transition, own_moves
 from postproc.compensation.plan import CorrectionPlan
-from postproc.diagnostics import Diagnostic, Source
+from postproc.compensation.text.values import UNCHANGED_MM
+from postproc.diagnostics import Diagnostic, Matter, Severity, Source
 from postproc.motion.values import Flags
+from postproc.rapid.data.events import MotionStatement, StatementKey
 
 WORSE_RATIO = 2.0  # between targets that are corrected and others that cannot be, a line may end a little farther off
 
@@ -38,14 +40,14 @@ class PathFigures:
 
 def figures_of(plan: CorrectionPlan, before: Deviation, after: Deviation) -> PathFigures:
     """The largest deviations along a program, before and after its correction."""
-    own = own_moves(plan)
-    of_owner = own[after.owner]
+    changing = changing_files(plan)
+    of_owner = changing[after.owner]
     passing = in_transition(plan, after)
     settled = _counted(after.space & of_owner & ~passing, after.steady)
-    welding = np.array([move.welding for move in plan.motion.moves]) & own
+    welding = np.array([move.welding for move in plan.motion.moves]) & changing
     burning, lit = welding[after.owner] & after.space, welding[before.owner]
     return PathFigures(
-        before.largest(_counted(before.space & own[before.owner], before.steady)),
+        before.largest(_counted(before.space & changing[before.owner], before.steady)),
         after.largest(settled),
         before.largest(_counted(lit & before.space, before.steady)) if burning.any() else None,
         after.largest(burning & settled) if burning.any() else None,
@@ -70,3 +72,92 @@ def worsened(figures: PathFigures, plan: CorrectionPlan, source: Source) -> list
             help_ = "nothing is written; please report this program"
             findings.append(Diagnostic("CMP013", "error", text, source, help=help_))
     return findings
+
+
+def changing_files(plan: CorrectionPlan) -> Flags:
+    """(m,) moves of files that may change, and moves of other files whose start and goal are both corrected."""
+    moves = plan.motion.moves
+    changing = np.array([not move.event.statement.source.read_only for move in moves])
+    known = changing | [move.event.statement.key in plan.places for move in moves]
+    first = np.array([move.first for move in moves])
+    return changing | (known & np.append(False, known[:-1]) & ~first)
+
+
+def in_transition(plan: CorrectionPlan, after: Deviation) -> np.ndarray:
+    """(n,) samples at which the correction passes from one state to another since the load or lost motion jumps.
+
+    Args:
+        after: deviation at the n samples of the written program.
+    """
+    samples = plan.motion.samples
+    inside = np.zeros(len(after.distance), dtype=bool)
+    order = np.argsort(after.owner, kind="stable")
+    first = np.searchsorted(after.owner[order], np.arange(len(samples.goal) + 1))
+    for t in plan.transitions:
+        if not t.of_load:
+            continue
+        low, high = samples.u[t.samples[0]], samples.u[t.samples[1]]
+        margin = 1.0 / max(1, int(samples.goal[t.move] - samples.start[t.move]))
+        rows = order[first[t.move] : first[t.move + 1]]
+        inside[rows] |= (after.u[rows] >= low - margin) & (after.u[rows] <= high + margin)
+    return inside
+
+
+def transition_findings(plan: CorrectionPlan) -> list[Diagnostic]:
+    """The largest jump of the correction per statement: CMP008 (warning) while the arc burns, else CMP007 (info)."""
+    largest: dict[StatementKey, Transition] = {}
+    changing = changing_files(plan)
+    for t in plan.transitions:
+        key = plan.motion.moves[t.move].event.statement.key
+        if changing[t.move] and t.of_load and (key not in largest or largest[key].size_m < t.size_m):
+            largest[key] = t
+    findings = []
+    for t in largest.values():
+        if 1e3 * t.size_m < UNCHANGED_MM:
+            continue
+        move = plan.motion.moves[t.move]
+        text = f"the correction changes by {1e3 * t.size_m:.3f} mm {t.where}, within {t.duration:.2f} s"
+        if move.welding:
+            action = "start and end the seam with a stop"
+            if plan.motion.sides is not None:
+                action = "no target undoes lost motion: turn the torch or the work so that the joint goes on one way"
+            elif plan.motion.options.force_on == "arc":
+                action += ", or let the force act on the whole program"
+            text += ", while the arc burns"
+            size = 1e3 * t.size_m
+            findings.append(finding("CMP008", "warning", move.event.statement, text, action, length_mm=size))
+        else:
+            findings.append(finding("CMP007", "info", move.event.statement, text))
+    return findings
+
+
+def transient_finding(plan: CorrectionPlan, after: Deviation, counted: Flags) -> list[Diagnostic]:
+    """CMP009 (info) with the largest deviation while the arm speeds up or slows down, if it is above the tolerance.
+
+    Args:
+        after: deviation at the n samples of the written program.
+        counted: (n,) samples to look at.
+    """
+    rows = np.flatnonzero(counted & after.space & ~after.steady)
+    if not len(rows) or after.distance[rows].max() <= plan.motion.options.tolerance_m:
+        return []
+    worst = rows[int(np.argmax(after.distance[rows]))]
+    move = plan.motion.moves[int(after.owner[worst])]
+    off = 1e3 * after.distance[worst]
+    text = f"while the arm speeds up or slows down it is up to {off:.3f} mm off, most on the way to here"
+    return [finding("CMP009", "info", move.event.statement, text)]
+
+
+def finding(
+    code: str,
+    severity: Severity,
+    statement: MotionStatement,
+    text: str,
+    help_: str = "",
+    *,
+    matter: Matter | None = None,
+    length_mm: float = 0.0,
+) -> Diagnostic:
+    """A diagnostic placed at a whole motion statement; ``help_`` says what the user can do."""
+    source, span = statement.source, statement.span
+    return Diagnostic(code, severity, text, source, span, help_, matter, length_mm=length_mm)

@@ -9,13 +9,13 @@ from dataclasses import replace
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.compensation.correction.curve import BEFORE_TARGET
 from postproc.compensation.correction.deviation import Deviation
-from postproc.compensation.correction.fewest_targets import Division, left_by_targets
-from postproc.compensation.judgement.transitions import (
+from postproc.compensation.correction.fewest_targets import Division, error_with_targets
+from postproc.compensation.judgement.figures import (
+    changing_files,
     finding,
-    for_the_next,
     in_transition,
-    own_moves,
     transient_finding,
     transition_findings,
 )
@@ -68,12 +68,19 @@ def judge_statements(
     """
     moves = {move.row: i for i, move in enumerate(plan.motion.moves)}
     runs = executions_of(events)
-    own, passing = own_moves(plan), in_transition(plan, after)
+    changing, passing = changing_files(plan), in_transition(plan, after)
     worst = after.largest_of_moves(after.space & after.steady & ~passing)
-    sizes = np.column_stack([after.goal_distance, correction_sizes(plan)]).tolist()
-    at_goal = np.where(after.goal_steady & ~for_the_next(plan), after.goal_distance, 0.0)
+    samples = plan.motion.samples
+    T_corrected = samples.curves.mounts.work(plan.exact.T_base_flange)
+    correction = pose_error(samples.T_work_tcp[samples.goal], T_corrected)
+    lengths = np.linalg.norm(correction.reshape(-1, 2, 3), axis=2)
+    sizes = np.column_stack([after.goal_distance, lengths]).tolist()
+    # Such targets are corrected for the state in which the next move starts, not for their own.
+    for_next = [t.move for t in plan.transitions if t.where == BEFORE_TARGET and t.of_load]
+    own_state = ~np.isin(np.arange(len(plan.motion.moves)), for_next)
+    at_goal = np.where(after.goal_steady & own_state, after.goal_distance, 0.0)
     tolerances = plan.path_tolerance, goal_tolerances(plan.motion.moves, plan.motion.options)
-    beyond = (own & ((worst > tolerances[0]) | (at_goal > tolerances[1]))).tolist()
+    beyond = (changing & ((worst > tolerances[0]) | (at_goal > tolerances[1]))).tolist()
     outcomes: list[StatementOutcome] = []
     findings: list[Diagnostic] = []
     for statement in program.statements:
@@ -96,7 +103,7 @@ def judge_statements(
         text = "no line or arc could be measured: where they begin or end, or the load, is known only at run time"
         findings.append(Diagnostic("CMP017", "warning", text, program.sources[0], help="the deviations given are zero"))
     findings += _searched_findings(outcomes, events) + transition_findings(plan)
-    findings += transient_finding(plan, after, own[after.owner] & ~passing)
+    findings += transient_finding(plan, after, changing[after.owner] & ~passing)
     return outcomes, findings
 
 
@@ -157,15 +164,15 @@ def _why(
     key = start.event.statement.key
     if on_the_way and start.event.statement.source.read_only and key not in plan.places:
         return LENT_START
-    if on_the_way and key in plan.left and key not in on_controller:
+    if on_the_way and key in plan.uncorrected and key not in on_controller:
         return STAYING_START
-    undivided = next((why for i in rows if (why := plan.refused.get(i) or plan.why_whole(i))), None)
+    undivided = next((why for i in rows if (why := plan.why_undivided(i))), None)
     if undivided is not None:
         return f"no target was added: {undivided}"
     path, least = float(plan.path_tolerance[farthest]), float(plan.division_tolerance[farthest])
     if on_the_way and least > path:
         division = Division.of(plan.motion.samples, plan.path_tolerance, plan.motion.steady())
-        count, remaining = left_by_targets(division, farthest, plan.curve)
+        count, remaining = error_with_targets(division, farthest, plan.curve)
         if count:
             targets, them = ("an added target", "it") if count == 1 else (f"{count} added targets", "them")
             return (
@@ -191,7 +198,7 @@ def _outcome(
     """
     if statement.interpolation == "none":
         return StatementOutcome(statement, "skipped", NO_ARM_MOTION)
-    uncorrected = plan.left.get(statement.key)
+    uncorrected = plan.uncorrected.get(statement.key)
     if not rows:
         return StatementOutcome(statement, "skipped", uncorrected or why_no_move(runs))
     reasons = [event.reason for event in runs if event.reason]
@@ -266,22 +273,14 @@ def unmeasured(
 ) -> tuple[int, int]:
     """Number of lines and arcs whose deviation is in no figure, as an end is unknown, and number of all of them."""
     run = {e.statement.key for e in events if e.statement.interpolation in ("line", "arc")}
-    moves = itertools.compress(plan.motion.moves, own_moves(plan))
-    own = run & ({o.statement.key for o in outcomes} | {move.event.statement.key for move in moves})
-    return len(own - _measured(plan)), len(own)
+    moves = itertools.compress(plan.motion.moves, changing_files(plan))
+    changing = run & ({o.statement.key for o in outcomes} | {move.event.statement.key for move in moves})
+    return len(changing - _measured(plan)), len(changing)
 
 
 def _measured(plan: CorrectionPlan) -> set[StatementKey]:
     """Statements with at least one execution whose start is known, so that the way to its goal is measured."""
     return {move.event.statement.key for move in plan.motion.moves if not move.first}
-
-
-def correction_sizes(plan: CorrectionPlan) -> Array:
-    """(m, 2) size of the correction at the goal of every move [m], [rad]."""
-    samples = plan.motion.samples
-    T_goal = samples.curves.mounts.work(plan.exact.T_base_flange)
-    error = pose_error(samples.T_work_tcp[samples.goal], T_goal)
-    return np.linalg.norm(error.reshape(-1, 2, 3), axis=2)
 
 
 def _searched_findings(outcomes: Sequence[StatementOutcome], events: Sequence[MotionEvent]) -> list[Diagnostic]:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from postproc.compensation.correction.deviation import Deviation
-from postproc.compensation.judgement.transitions import finding, in_transition
+from postproc.compensation.judgement.figures import finding, in_transition
 from postproc.compensation.plan import CorrectionPlan
 from postproc.compensation.seams import seams_of
 from postproc.compensation.text.values import StatementOutcome
@@ -35,7 +35,7 @@ class Seam:
     added_targets: int
 
     @property
-    def left(self) -> list[StatementOutcome]:
+    def uncorrected(self) -> list[StatementOutcome]:
         """Statements that stay uncorrected."""
         return [o for o in self.outcomes if o.status == "skipped"]
 
@@ -77,7 +77,7 @@ def uncorrected_seams(seams: Sequence[Seam], plan: CorrectionPlan) -> list[Diagn
     for seam in seams:
         mates = sum(o.statement.key in plan.seam_mates for o in seam.outcomes)
         partly = any(o.status in ("compensated", "run_time") for o in seam.outcomes)
-        for outcome in (o for o in seam.left if o.statement.key not in plan.seam_mates):
+        for outcome in (o for o in seam.uncorrected if o.statement.key not in plan.seam_mates):
             if partly:
                 text, help_ = "this weld statement stays uncorrected in a corrected seam", ""
             elif mates:
@@ -111,7 +111,7 @@ def unfinished_seams(events: Sequence[MotionEvent]) -> list[Diagnostic]:
             start, known = None, False
         if event.resumes_from is not None or interpolation == "none":
             continue
-        phase = _arc_phase(event)
+        phase = event.weld.phase if event.weld is not None and statement.instruction.startswith("Arc") else ""
         if start is not None and phase in ("", "start"):
             report(start, "the seam that begins here is not ended before the arm moves on without it")
         if known and start is None and phase in ("weld", "end"):
@@ -121,8 +121,3 @@ def unfinished_seams(events: Sequence[MotionEvent]) -> list[Diagnostic]:
     if start is not None:
         report(start, "the seam that begins here is not ended")
     return list(findings.values())
-
-
-def _arc_phase(event: MotionEvent) -> str:
-    """Phase of an arc-welding motion: ``start``, ``weld`` or ``end``; empty for any other motion."""
-    return event.weld.phase if event.weld is not None and event.statement.instruction.startswith("Arc") else ""

@@ -123,9 +123,9 @@ class Motion:
         stands = [self.place[:, None], samples.q, np.nan_to_num(samples.axes), self.wanted.T_work_tcp.reshape(-1, 16)]
         for values in stands if self.sides is None else [*stands, self.sides]:
             same &= (np.abs(values[begins] - values[before]) < _SAME).all(axis=1)
-        own = np.ones(len(every), dtype=bool)
-        own[begins[same] - rows.start] = False
-        return every[own], np.cumsum(own) - 1
+        kept = np.ones(len(every), dtype=bool)
+        kept[begins[same] - rows.start] = False
+        return every[kept], np.cumsum(kept) - 1
 
     def steady(self) -> Flags:
         """(n,) whether the load of inertia stays the same at each sample; all are true if inertia is not compensated.

@@ -1,4 +1,7 @@
-"""When the arm is where, how fast, and under which acceleration that lasts: the timing of a whole program."""
+"""When the arm is where, how fast, and under which acceleration that lasts: the timing of a whole program.
+
+What lasts shorter than the arm's first natural period is no quasi-static load.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +11,11 @@ import numpy as np
 
 from postproc.arrays import Array, constant
 from postproc.compensation.options import Options
-from postproc.compensation.path.periods import first_periods
 from postproc.diagnostics import Diagnostic, has_errors
+from postproc.effects.contract import State
 from postproc.model.arm import Model
+from postproc.model.derivatives.stiffness import natural_frequencies
+from postproc.model.equilibrium import carries_load
 from postproc.motion.findings import once
 from postproc.motion.path.samples import Samples, sample_path
 from postproc.motion.timing.jerk_limited import Profile
@@ -21,6 +26,7 @@ SWIFT = 0.1  # [m/s]: from here on inertia bends the correction where a move spe
 # [m]: a torch that turns about a point this near to its TCP turns in place, as fast as the wrist can: there is no way
 # along which targets could follow the load of that.
 IN_PLACE = 0.003
+_MOST = 200  # poses at which frequencies are computed; they change slowly along a path
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,8 +83,8 @@ def plan_timeline(model: Model, samples: Samples) -> tuple[Timeline | None, list
     turn = np.linalg.norm(samples.curves.turn, axis=1)
     done, rows, begin = 0, 0, 0.0
     for first, moves in cut_legs(samples.moves, samples.goal - samples.start + 1):
-        path, more = sample_path(model.robot, moves)
-        findings += more
+        path, warnings = sample_path(model.robot, moves)
+        findings += warnings
         if has_errors(findings):
             continue  # with what is wrong elsewhere
         leg = retime(model.robot, path, first_periods(model, path), model.gravity, model.station)
@@ -95,3 +101,24 @@ def plan_timeline(model: Model, samples: Samples) -> tuple[Timeline | None, list
     place, t, q, v, a, *axes = (np.concatenate(column) for column in zip(*parts, strict=True))
     axes_v, axes_a = map(constant, axes)
     return Timeline(place, t, q, v, a, np.concatenate(restless), axes_v, axes_a, tuple(legs)), once(findings)
+
+
+def first_periods(model: Model, path: Samples) -> Array:
+    """First natural period (n,) [s] at every sample of a path (Eq. 6 of the source paper), 0 for a rigid arm.
+
+    It is computed at no more than 200 samples and interpolated between them.
+    """
+    n = len(path.q)
+    if n == 0 or not carries_load(model):
+        return np.zeros(n)
+    rows = np.unique(np.linspace(0, n - 1, min(n, _MOST)).round().astype(int))
+    moves = [path.moves[i] for i in path.move[rows]]
+    state = State(
+        q=path.q[rows],
+        payload_mass=np.array([m.payload_mass for m in moves]),
+        payload_center=np.array([m.payload_center for m in moves]),
+        T_flange_tcp=path.mounts_at(rows).flange_tcp(path.T_work_tcp[rows]),
+    )
+    first = natural_frequencies(model, state)[:, 0]
+    period = np.where(np.isfinite(first) & (first > 0), 1.0 / np.maximum(first, 1e-3), 0.0)
+    return np.interp(np.arange(n), rows, period)

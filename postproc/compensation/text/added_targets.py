@@ -4,12 +4,17 @@
 
 with the start S and the end E as the program states them, the share s of the way, and the correction c, constant in the
 axes of the work object. Nothing else goes into an added target.
+
+    MoveL ppLinePoint(pStart,pGoal,0.25,0.012,-0.03,0.007),v50,z1,tT;
+
+goes to the point after a quarter of the line, wherever the ends are taught (templates/line_point.j2, arc_point.j2).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise, zip_longest
 
 import numpy as np
@@ -18,27 +23,22 @@ from scipy.spatial.transform import Rotation, Slerp
 from postproc.arrays import Array
 from postproc.compensation.text.insertions import insertion_of, small_zone
 from postproc.compensation.text.laws import midrange
-from postproc.compensation.text.path_points import (
-    ARC_FUNCTION,
-    LINE_FUNCTION,
-    SHARE_DECIMALS,
-    argument_text,
-    free_name,
-    hidden_name,
-    point_at,
-    quarter_turns,
-)
 from postproc.compensation.text.requests import Requester, conf_of
-from postproc.compensation.text.values import Change, Form, Insertion, PathPoint, TargetValue, compliant
+from postproc.compensation.text.values import Change, Conf, Form, Insertion, PathPoint, TargetValue, compliant
 from postproc.diagnostics import PostprocError
 from postproc.grouping import grouped
-from postproc.motion.path.curves import pose_in_space
+from postproc.motion.path.curves import circle_through, pose_in_space
 from postproc.motion.path.places import axes_between
 from postproc.motion.path.postures import any_configuration, follow
 from postproc.motion.path.refusals import STILL
+from postproc.rapid.data.builtins import FUNCTIONS
 from postproc.rapid.data.events import MotionEvent, Origin
 from postproc.rapid.data.records import RobTarget
 from postproc.rapid.program.program import Program
+from postproc.rapid.syntax.expressions import read_whole_expression
+from postproc.rapid.syntax.tokens import identifiers
+from postproc.rapid.syntax.trees import Call, Star, nodes
+from postproc.rapid.unknown import Unknown
 from postproc.robot.configuration import confdata
 from postproc.robot.pose import displace, pose_error
 
@@ -47,6 +47,12 @@ NO_PARTS = "a point of its way is an expression that cannot be worked out twice"
 OTHER_FRAME = "its line begins in another work object, displacement or tool, or at joint angles"
 OTHER_POSTURE = "in its middle the arm has the configuration of neither end"
 OTHER_AXES = "its ends do not say how external axes move along it"
+HIDDEN = "the program has a name of its own for `{}`, which a target between its ends needs"
+SHARE_DECIMALS = 5
+LINE_FUNCTION, ARC_FUNCTION = "ppLinePoint", "ppArcPoint"
+# What the functions call and declare.
+LINE_NAMES = ("Present", "Distance", "ATan2", "Sqrt", "Sin", "robtarget", "confdata", "orient", "pos", "num")
+ARC_NAMES = (*LINE_NAMES, "DotProd", "Cos", "Abs")
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +72,7 @@ class AddedTargets:
     refused: Mapping[int, str]
 
 
-class _Whole(Exception):
+class _Undivided(Exception):
     """A statement stays undivided, for the reason that is the argument."""
 
 
@@ -93,7 +99,7 @@ class TargetAdder:
     Args:
         curve: (n, 4, 4) commanded poses.
         corrected: function of a target's origin and value that returns it with the numbers written into its slot.
-        why_whole: function of a move's index that returns why nothing can be added before it, empty if something can.
+        why_undivided: function of a move's index that returns why nothing can be added before it, else empty.
     """
 
     def __init__(
@@ -102,11 +108,16 @@ class TargetAdder:
         curve: Array,
         program: Program,
         corrected: Callable[[Origin, RobTarget], RobTarget],
-        why_whole: Callable[[int], str],
+        why_undivided: Callable[[int], str],
     ) -> None:
         self.requester, self.curve, self.program = requester, curve, program
-        self.corrected, self.why_whole = corrected, why_whole
+        self.corrected, self.why_undivided = corrected, why_undivided
         self.moves, self.samples = requester.motion.moves, requester.motion.samples
+
+    @cached_property
+    def _taken(self) -> set[str]:
+        """The identifiers of the program, in lower case."""
+        return set[str]().union(*(identifiers(source.data) for source in self.program.sources))
 
     def add(self, shares: Mapping[int, tuple[float, ...]], tolerance_mm: Array) -> AddedTargets:
         """The statements to add so that divided moves keep their tolerance, one set for all runs of a statement.
@@ -128,7 +139,7 @@ class TargetAdder:
             goals = max((shares[i] for i in some), key=len)
             try:
                 added, circle_point = self._of_statement(runs[key], goals, float(tolerance_mm[runs[key]].min()) / 2)
-            except _Whole as why:
+            except _Undivided as why:
                 refused |= dict.fromkeys(runs[key], str(why))
                 continue
             insertions += added
@@ -147,17 +158,17 @@ class TargetAdder:
             within_mm: how far off [mm] an added target may be in each run.
 
         Raises:
-            _Whole: the targets suit no text, or not all runs.
+            _Undivided: the targets suit no text, or not all runs.
         """
-        for why in filter(None, map(self.why_whole, indices)):
-            raise _Whole(why)
+        for why in filter(None, map(self.why_undivided, indices)):
+            raise _Undivided(why)
         event, before = self.moves[indices[0]].event, self.moves[indices[0] - 1].event
         texts = self._texts(event, before)
         middles = [] if event.via is None else [(a + b) / 2 for a, b in pairwise([0.0, *goals, 1.0])]
         shares = [*goals, *middles]
         runs = [self._run(i, shares, even=texts is not None and event.via is None) for i in indices]
         if texts is None and any(run.ends != runs[0].ends for run in runs):
-            raise _Whole(UNLIKE)
+            raise _Undivided(UNLIKE)
         targets = [self._target(runs, texts, k, share, within_mm) for k, share in enumerate(shares)]
         to, vias = targets[: len(goals)], targets[len(goals) :]
         if texts is not None:
@@ -182,17 +193,18 @@ class TargetAdder:
             before: the motion to its start, whose statement stands directly before.
 
         Raises:
-            _Whole: one of them cannot be used in a call.
+            _Undivided: one of them cannot be used in a call.
         """
         module = event.statement.module
         arguments = [before.statement.argument("to"), event.statement.argument("via"), event.statement.argument("to")]
         origins = [before.target_origin, event.via_origin, event.target_origin]
         if all(origin is None or (origin.kind == "inline" and origin.handed is None) for origin in origins):
             return None
-        hidden = hidden_name(self.program, module, arc=event.via is not None)
+        names = LINE_NAMES if event.via is None else ARC_NAMES
+        hidden = next((HIDDEN.format(name) for name in names if self.program.hides(name, module, "")), None)
         texts = [argument_text(a.text, self.program, module) for a in arguments if a is not None]
         if hidden is not None or None in texts:
-            raise _Whole(hidden or NO_PARTS)
+            raise _Undivided(hidden or NO_PARTS)
         return tuple(text for text in texts if text is not None)
 
     def _run(self, i: int, shares: Sequence[float], *, even: bool) -> _Run:
@@ -202,14 +214,14 @@ class TargetAdder:
             even: the tool turns evenly between the ends, as the function of a line has it.
 
         Raises:
-            _Whole: its start is not known, or lies in another work object, displacement or tool. A new calibration of
-                one of them moves the line in a way that no expression of its ends follows.
+            _Undivided: its start is not known, or lies in another work object, displacement or tool. A new calibration
+                of one of them moves the line in a way that no expression of its ends follows.
         """
         samples, event, before = self.samples, self.moves[i].event, self.moves[i - 1].event
         rows = np.arange(samples.start[i], samples.goal[i] + 1)
         frames = [(e.wobj, e.displacement, e.tool) for e in (before, event)]
         if not isinstance(before.target, RobTarget) or frames[0] != frames[1] or len(rows) < 2:
-            raise _Whole(OTHER_FRAME)
+            raise _Undivided(OTHER_FRAME)
         ends = [
             (before.target_origin, before.target),
             (event.via_origin, event.via),
@@ -277,7 +289,7 @@ class TargetAdder:
             within_mm: how far [mm] it may be from what each run needs, or half of what the run lacks there.
 
         Raises:
-            _Whole: the runs need different targets.
+            _Undivided: the runs need different targets.
         """
         values = [run.values[k] for run in runs]
         places = np.array([value.pose.trans for value in values])
@@ -295,14 +307,15 @@ class TargetAdder:
             middle = (bend * places).sum(axis=0) / (bend**2).sum()
             off = np.linalg.norm(places - bend * middle, axis=1)
         if (off > most).any():
-            raise _Whole(UNLIKE)
+            raise _Undivided(UNLIKE)
         x, y, z = middle.tolist()
         if texts is not None:
-            function = free_name(self.program, LINE_FUNCTION if len(texts) == 2 else ARC_FUNCTION)
+            stem = LINE_FUNCTION if len(texts) == 2 else ARC_FUNCTION
+            function = next(n for n in (stem, *(f"{stem}{k}" for k in range(2, 1000))) if n.lower() not in self._taken)
             point = PathPoint(function, texts, round(share, SHARE_DECIMALS), (x, y, z), length=length)
             return replace(values[0], point=point)
         if any(not compliant(value.robconf, values[0].robconf) for value in values):
-            raise _Whole(UNLIKE)
+            raise _Undivided(UNLIKE)
         return replace(values[0], pose=replace(values[0].pose, trans=(x, y, z)))
 
 
@@ -312,14 +325,14 @@ def _configured(target: TargetValue, runs: Sequence[_Run], k: int) -> TargetValu
     Without any where it has that configuration, or one that the controller accepts for that.
 
     Raises:
-        _Whole: the runs need different ones, or external axes do not move evenly between the ends.
+        _Undivided: the runs need different ones, or external axes do not move evenly between the ends.
     """
     assert target.point is not None
     share = target.point.share
     for run in runs:
         start, goal = (np.array(end.extax) for end in (run.ends[0], run.ends[-1]))
         if (np.abs(start + share * (goal - start) - run.values[k].extax) > STILL).any():
-            raise _Whole(OTHER_AXES)
+            raise _Undivided(OTHER_AXES)
     pairs = [(run.ends[0 if share < 0.5 else -1].robconf, run.values[k].robconf) for run in runs]
     turns = {quarter_turns(end, conf) for end, conf in pairs}
     if len(turns) == 1 and (common := turns.pop()) is not None:
@@ -328,5 +341,45 @@ def _configured(target: TargetValue, runs: Sequence[_Run], k: int) -> TargetValu
         any_configuration(run.event) or compliant(conf, end) for run, (end, conf) in zip(runs, pairs, strict=True)
     )
     if not all(accepted):
-        raise _Whole(OTHER_POSTURE)
+        raise _Undivided(OTHER_POSTURE)
     return target
+
+
+def argument_text(text: str, program: Program, module: str) -> str | None:
+    """A target expression on one line for use in a call; None if evaluating it several times could have an effect.
+
+    Args:
+        text: the expression as it stands in the module.
+    """
+    text = " ".join(text.split())
+    data = text.encode("latin-1")
+    try:
+        tree = read_whole_expression(data, 0, len(data)) if "!" not in text else None
+    except Unknown:
+        return None
+    if tree is None or any(isinstance(part, Star) for part in nodes(tree)):
+        return None
+    called = [part.name for part in nodes(tree) if isinstance(part, Call)]
+    pure = all(name in FUNCTIONS and program.routine(name, module) is None for name in called)
+    return text if pure else None
+
+
+def quarter_turns(start: Conf, conf: Conf) -> Conf | None:
+    """Quarter turns of axes 1, 4 and 6 from one confdata to another, and 1 where axis 5 has the other sign.
+
+    None where shoulder or elbow differ. They are the same for targets taught anew with the other wrist: axes 4 and 6 of
+    the whole line are then half a turn on.
+    """
+    other = start[3] ^ conf[3]
+    return (conf[0] - start[0], conf[1] - start[1], conf[2] - start[2], other) if other < 2 else None
+
+
+def point_at(points: Array, share: float) -> Array:
+    """(3,) point at a fraction of the line between two points (2, 3), or of the arc through three (3, 3)."""
+    if len(points) < 3:
+        along: Array = points[0] + share * (points[1] - points[0])
+        return along
+    start, via, goal = points[:, None]
+    center, radial, tangent, angle, _, _ = circle_through(start, via, goal)
+    along = (center + np.cos(share * angle) * radial + np.sin(share * angle) * tangent)[0]
+    return along

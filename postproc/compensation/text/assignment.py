@@ -16,9 +16,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
-from postproc.compensation.text.expressions import TargetExpression
-from postproc.compensation.text.laws import Allowed, OffsetLaw, constant_law, fit_affine, midrange, nearest_law
-from postproc.compensation.text.slots import ArgumentKey, SlotKey
+from postproc.compensation.text.laws import OffsetLaw, constant_law, fit_affine, midrange, nearest_law
+from postproc.compensation.text.slots import ArgumentKey, SlotKey, TargetExpression
 from postproc.compensation.text.values import Conf, TargetRequest, compliant
 from postproc.grouping import grouped
 from postproc.motion.values import Flags
@@ -352,11 +351,10 @@ def _offset(
         values = {slot: _centre(demands, slot, of) for slot, of in exclusive.items()}
         remaining = _off(demands, rows, values)
     most = np.minimum(largest, SHARE * min(remaining.max(), off.max()))
-    affine = nearest_law(laws, Allowed(0.0, most.tolist()))
     return (
-        affine
+        nearest_law(laws, most)
         or (values if (remaining <= largest).all() else None)
-        or nearest_law([(constant, errors)], Allowed(0.0, largest.tolist()))
+        or nearest_law([(constant, errors)], largest)
     )
 
 

@@ -42,35 +42,25 @@ class OffsetLaw:
         return x, y, z
 
 
-@dataclass(frozen=True, slots=True)
-class Allowed:
-    """Error that a formula for an offset may leave [mm]: up to ``fine`` none other is tried; ``most`` per run."""
+def nearest_law(laws: Iterable[tuple[OffsetLaw, Array]], most: Array) -> OffsetLaw | None:
+    """The formula that leaves least; None if none is within the error that each run may keep.
 
-    fine: float
-    most: Sequence[float]
-
-
-def nearest_law(laws: Iterable[tuple[OffsetLaw, Array]], allowed: Allowed) -> OffsetLaw | None:
-    """The first formula that leaves at most ``allowed.fine``, else the one that leaves least within ``allowed.most``.
-
-    None if there is none. A formula that changes by more than 0.05 mm per mm of a coordinate is passed over.
+    A formula that changes by more than 0.05 mm per mm of a coordinate is passed over.
 
     Args:
         laws: formulas, the simplest first, each with the error (n, 3) that it leaves in each run [mm].
-        allowed: limits of the length of that error, ``fine`` for all runs and ``most`` for each [mm].
+        most: (n,) largest length of that error in each run [mm].
     """
-    found, least = None, np.inf
-    for law, rest in laws:
+    nearest, least = None, np.inf
+    for law, residuals in laws:
         if any(
             ".trans." in text and max(map(abs, slope)) > STEEPEST for text, slope in law.coefficients if "(" not in text
         ):
             continue
-        off = np.linalg.norm(rest, axis=1)
-        if off.max() < least and (off <= allowed.most).all():
-            found, least = law, float(off.max())
-        if least <= allowed.fine:
-            break
-    return found
+        off = np.linalg.norm(residuals, axis=1)
+        if off.max() < least and (off <= most).all():
+            nearest, least = law, float(off.max())
+    return nearest
 
 
 def midrange(values: Array) -> Array:
@@ -102,8 +92,8 @@ def fit_affine(regressors: Sequence[Regressors], offsets: Array, least: float) -
         names = [name for name, _ in best.coefficients]
     for name in tuple(names):
         without = [other for other in names if other != name]
-        simpler, left, part = _fit(without, regressors, offsets)
-        if left <= max(1.01 * off, least) and part <= CANCELLING:
+        simpler, remaining, part = _fit(without, regressors, offsets)
+        if remaining <= max(1.01 * off, least) and part <= CANCELLING:
             names, best = without, simpler
     return best
 
@@ -135,9 +125,9 @@ def _fit(names: Sequence[str], regressors: Sequence[Regressors], offsets: Array)
     size[size == 0.0] = np.inf  # it tells the runs apart in nothing
     scaled = (values - values.mean(axis=0)) / size
     slopes = np.linalg.lstsq(scaled, offsets - offsets.mean(axis=0), rcond=APART)[0] / size[:, None]
-    rest = offsets - values @ slopes
-    x, y, z = midrange(rest).tolist()
+    residuals = offsets - values @ slopes
+    x, y, z = midrange(residuals).tolist()
     by_name = tuple((name, (a, b, c)) for name, (a, b, c) in zip(names, slopes.tolist(), strict=True))
     size[np.isinf(size)] = 0.0
     part = np.abs(slopes * size[:, None]).max(initial=0.0) / max(np.ptp(offsets, axis=0).max(), 1e-9)
-    return OffsetLaw((x, y, z), by_name), float(np.ptp(rest, axis=0).max()) / 2, float(part)
+    return OffsetLaw((x, y, z), by_name), float(np.ptp(residuals, axis=0).max()) / 2, float(part)

@@ -9,13 +9,14 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
-from postproc.compensation.correction.circles import circle_point
 from postproc.compensation.correction.curve import NO_JUMP, Exact
 from postproc.compensation.correction.deviation import away_from_curves
 from postproc.compensation.path.motion import Motion
 from postproc.compensation.text.values import Conf, TargetRequest, TargetValue
 from postproc.compensation.tolerances import goal_tolerances
+from postproc.motion.path.curves import circle_through
 from postproc.motion.path.postures import any_configuration
+from postproc.motion.path.samples import Samples
 from postproc.rapid.data.records import RobTarget
 from postproc.rapid.motions.units import target_poses
 from postproc.robot.arm import Robot
@@ -123,9 +124,25 @@ class Requester:
         turned = displace(np.concatenate([np.zeros(3), shift[3:]]))[:3, :3] @ T[:3, :3]
         lacks = curve[rows][[0, -1], :3, 3] - written.T_work_tcp[rows][[0, -1], :3, 3]
         displaced = samples.goal[i] > samples.start[i] and np.abs(lacks).max() > NO_JUMP
-        T[:3, 3] = circle_point(samples, written, i, float(u[0])) if displaced else T[:3, 3] + shift[:3]
         T[:3, :3] = turned
+        if not displaced:
+            T[:3, 3] += shift[:3]
+            return T
+        ends = ends_of(samples, written, i)
+        middle = written.T_work_tcp[(samples.start[i] + samples.goal[i]) // 2, :3, 3]
+        center, radial, tangent, angle, _, _ = circle_through(*(point[None] for point in (ends[0], middle, ends[1])))
+        T[:3, 3] = (center + np.cos(u[0] * angle) * radial + np.sin(u[0] * angle) * tangent)[0]
         return T
+
+
+def ends_of(samples: Samples, written: Exact, i: int) -> Array:
+    """Start and goal (2, 3) [m] of move i in its own work frame, with the targets as they are written.
+
+    Args:
+        written: the correction with the targets that the text can have, from ``place_targets``.
+    """
+    ends = np.array([samples.start[i], samples.goal[i]])
+    return samples.mounts_at(ends).work(written.T_base_flange[[i - 1, i]])[:, :3, 3]
 
 
 def conf_of(row: Array) -> Conf:

@@ -1,4 +1,4 @@
-"""Slots: places in the text that can hold a corrected target, and the statements that each of them serves."""
+"""Slots: places in the text that can hold a corrected target; whom each serves, and what offset fits around it."""
 
 from __future__ import annotations
 
@@ -6,15 +6,23 @@ from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
 from typing import Literal
 
-from postproc.compensation.text.values import TargetRequest
+from postproc.compensation.text.values import Form, TargetRequest
+from postproc.diagnostics import Source, Span
 from postproc.rapid.data.events import MotionEvent, Origin, StatementKey
 from postproc.rapid.execution.interpreter import MAX_CALLS
+from postproc.rapid.motions.regressors import DATA_NAME
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.references import Use, declaration_uses
+from postproc.rapid.syntax.expressions import read_whole_expression
+from postproc.rapid.syntax.trees import Call, Expression
+from postproc.rapid.unknown import Unknown
 
 ArgumentKey = tuple[StatementKey, str]  # a motion statement and the role of its argument
 # Path and offset of the literal numbers of a target, or of the argument of a call that hands a target over.
 SlotKey = tuple[Literal["numbers", "call"], str, int]
+
+DISPLACING = ("offs", "reltool")
+AMOUNTS = 3  # along x, y, z
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,27 +126,62 @@ def possible_runs(events: Sequence[MotionEvent], rows: Set[int]) -> dict[int, Mo
     }
 
 
-def fully_requested(runs: Mapping[int, MotionEvent], requested: Set[int]) -> frozenset[StatementKey]:
-    """Statements all of whose possible executions have a request.
-
-    Args:
-        runs: executions by index of the event, from ``possible_runs``.
-        requested: indices of the events that have a request.
-    """
-    lacking = {e.statement.key for row, e in runs.items() if row not in requested}
-    return frozenset({e.statement.key for e in runs.values()} - lacking)
-
-
-def led_elsewhere(runs: Mapping[int, MotionEvent], requested: Set[int]) -> frozenset[StatementKey]:
-    """Statements that also run to an unknown place, or to a place for which they have no request.
+def requested_statements(
+    runs: Mapping[int, MotionEvent], requested: Set[int]
+) -> tuple[frozenset[StatementKey], frozenset[StatementKey]]:
+    """Statements all of whose possible executions have a request, and those that also run to a place without one.
 
     Args:
         runs: executions by index of the event, from ``possible_runs``.
         requested: indices of the events that have a request.
     """
     places = {(e.statement.key, e.target, e.via) for row, e in runs.items() if row in requested}
-    return frozenset(
-        e.statement.key
-        for row, e in runs.items()
-        if row not in requested and (e.statement.key, e.target, e.via) not in places
-    )
+    others = [e for row, e in runs.items() if row not in requested]
+    complete = {e.statement.key for e in runs.values()} - {e.statement.key for e in others}
+    elsewhere = (e.statement.key for e in others if (e.statement.key, e.target, e.via) not in places)
+    return frozenset(complete), frozenset(elsewhere)
+
+
+@dataclass(frozen=True, slots=True)
+class TargetExpression:
+    """How the text of a target argument can be changed.
+
+    Args:
+        form: how an offset is written, None where there is no way.
+        in_tool: the offset is along the axes of the tool.
+    """
+
+    form: Form | None
+    in_tool: bool = False
+
+
+def target_expression(source: Source, span: Span, program: Program) -> TargetExpression:
+    """How an offset can be put into the target expression at ``span`` (begin and end in the text of ``source``).
+
+    That depends on whether the program declares an ``Offs`` or ``RelTool`` of its own.
+    """
+    text = source.data[slice(*span)].decode("latin-1")
+    module, routine = program.place(source, span[0])
+    hidden = {name for name in DISPLACING if program.hides(name, module, routine)}
+    around: Form | None = None if "offs" in hidden else "offset"
+    if text[:1] == "[":
+        return TargetExpression(around)
+    if DATA_NAME.fullmatch(text) is not None:
+        return TargetExpression(around or "components")
+    try:
+        tree = read_whole_expression(source.data, *span)
+    except Unknown:
+        return TargetExpression(around)
+    if amounts_of(tree) and isinstance(tree, Call) and tree.name not in hidden:
+        return TargetExpression("amounts", tree.name == "reltool")
+    return TargetExpression(around)
+
+
+def amounts_of(tree: Expression) -> tuple[Expression, ...]:
+    """The displacements along x, y, z in a call of ``Offs``, or of ``RelTool`` without rotations.
+
+    Empty for any other expression.
+    """
+    if isinstance(tree, Call) and tree.name in DISPLACING and not tree.options and len(tree.arguments) == 1 + AMOUNTS:
+        return tree.arguments[1:]
+    return ()

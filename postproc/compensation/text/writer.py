@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence, Set
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -12,17 +13,17 @@ from postproc.arrays import Array
 from postproc.compensation.correction.curve import Exact
 from postproc.compensation.path.motion import Motion
 from postproc.compensation.text.assignment import Assignment, SlotValue, assign, demands_of
-from postproc.compensation.text.expressions import TargetExpression, target_expression
 from postproc.compensation.text.laws import OffsetLaw
 from postproc.compensation.text.slots import (
     ArgumentKey,
     SlotKey,
+    TargetExpression,
     data_keys,
-    fully_requested,
-    led_elsewhere,
     may_serve,
     possible_runs,
+    requested_statements,
     slots_of,
+    target_expression,
     target_users,
 )
 from postproc.compensation.text.values import Change, Place, TargetRequest, TargetValue
@@ -53,7 +54,7 @@ class Writer:
         self.written = changes.may_be_written | changes.shared  # one value serves the arms of all tasks
         self.runs = possible_runs(events, {move.row for move in motion.moves})
         self.statements = {s.key: s for s in program.statements}
-        self._expressions: dict[ArgumentKey, TargetExpression] = {}
+        self.expression: Callable[[ArgumentKey], TargetExpression] = cache(self._expression)
 
     def assign(
         self, requests: Sequence[TargetRequest], goals: Assignment | None = None, *, anyway: bool = False
@@ -67,13 +68,14 @@ class Writer:
             anyway: one value serves runs that need different ones, however far it is off.
         """
         rows = {self.motion.moves[r.move].row for r in requests}
-        complete = fully_requested(self.runs, rows) if goals is None else served(goals)
+        requested, unresolved = requested_statements(self.runs, rows)
+        complete = requested if goals is None else served(goals)
         fixed = {} if goals is None else goals.slots
         shared = set() if goals is None else goals.demands.of_slot.keys() - fixed.keys()
         known = self.users, complete, self.written
         editable = [[slot for slot in slots_of(r.origin) if may_serve(slot, r, *known)] for r in requests]
         closed = shared | self._unforeseen(requests, editable)
-        demands = demands_of(requests, editable, closed, led_elsewhere(self.runs, rows), self.expression)
+        demands = demands_of(requests, editable, closed, unresolved, self.expression)
         if anyway:
             demands = replace(demands, largest=np.full(len(requests), np.inf))
         return assign(demands, fixed)
@@ -100,14 +102,10 @@ class Writer:
                 first.setdefault(slot, request)
         return {slot for slot, request in first.items() if lost & data_keys(request.origin)}
 
-    def expression(self, key: ArgumentKey) -> TargetExpression:
-        """How the text of an argument, by statement and role, can be changed; cached."""
-        if key not in self._expressions:
-            statement = self.statements[key[0]]
-            argument = statement.argument(key[1])
-            assert argument is not None
-            self._expressions[key] = target_expression(statement.source, argument.span, self.program)
-        return self._expressions[key]
+    def _expression(self, key: ArgumentKey) -> TargetExpression:
+        """How the text of an argument, by statement and role, can be changed."""
+        statement = self.statements[key[0]]
+        return target_expression(statement.source, statement.span_of(key[1]), self.program)
 
     def placed(self, goals: Assignment, exact: Exact) -> dict[int, Array]:
         """Moves whose written target misses the corrected one by more than ``EXACT_MM``.
