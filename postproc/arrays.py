@@ -1,4 +1,4 @@
-"""The array type of the package, the inverse of poses, gravity, whole turns and orders of angles, rows by blocks.
+"""The array type of the package, the inverse of poses, gravity, largest of rows, turns, orders of angles, blocks.
 
 Everything physical takes n poses at once; shapes stand in docstrings, units are SI and radians.
 Six-vectors have the linear part before the angular part, as in pinocchio.
@@ -30,6 +30,11 @@ def invert(T: Array) -> Array:
 def gravity_in(R: Array) -> Array:
     """Return gravity (3,) [m/s^2] in the axes of a frame whose orientation in the world is R (3, 3)."""
     return np.asarray(R.T @ np.array([0.0, 0.0, -GRAVITY]))
+
+
+def largest_of_rows(values: Array) -> Array:
+    """Return the largest value (n,) of each row of (n, c), several times as fast as numpy where columns are few."""
+    return np.asarray(np.ascontiguousarray(values.T).max(axis=0))
 
 
 def constant(values: Array) -> Array:

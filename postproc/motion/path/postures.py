@@ -24,6 +24,7 @@ from postproc.robot.track import track
 
 STRAIGHT = np.radians(6.0)  # |q5| below which axes 4 and 6 may turn so fast that the way is followed in finer steps
 FINER = 16
+SAME_POSE = 1e-12  # [m] and in the rotation matrix
 OTHER_POSTURE = 0.1  # [rad] of one joint at least between two postures of one pose
 
 
@@ -163,7 +164,10 @@ def follow(
     Raises:
         PostprocError: KIN004, a pose cannot be reached in this branch.
     """
-    coarse = track(robot, curves.mounts_at(move, curves.axes_at(move, u)).flange(T_work_tcp), q_start)
+    T_base_flange = curves.mounts_at(move, curves.axes_at(move, u)).flange(T_work_tcp)
+    # A move mostly begins in the pose in which the one before it ends.
+    other = np.append(True, np.abs(np.diff(T_base_flange, axis=0)).max(axis=(1, 2)) > SAME_POSE)
+    coarse = track(robot, T_base_flange[other], q_start)[np.cumsum(other) - 1]
     if np.abs(np.sin(coarse[:, 4])).min(initial=1.0) > np.sin(STRAIGHT):
         return coarse
     rows = np.arange(len(u))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from postproc.arrays import Array
+from postproc.arrays import Array, largest_of_rows
 from postproc.diagnostics import Diagnostic, Matter, PostprocError
 from postproc.motion.findings import at_move
 from postproc.motion.timing.fastest import FASTEST, Grid, fastest, lay_grid, programmed_ease, programmed_speed
@@ -220,7 +220,7 @@ def _wide_enough(runs: Runs, grid: Grid, speed: Array, window: Array, changed: F
             m = joint_motion(runs, law, run, law.t[rows] + shift * window[run] + 1e-9, runs.curve)
             led = np.abs(m.jerk_slope) > np.abs(m.jerk_bend)
             jerk = np.where(led, np.abs(m.jerk_slope + m.jerk_bend), 0.0) / runs.limits.jerk
-            np.maximum.at(ratio, run, jerk.max(axis=1))
+            np.maximum.at(ratio, run, largest_of_rows(jerk))
         if (ratio <= _KEPT).all():
             break
         window = window * np.where(ratio > 1.0, np.minimum(1.02 * ratio, 2.0), 1.0)
@@ -252,10 +252,10 @@ def _examine(runs: Runs, law: TimeLaw, stated: tuple[Array, Array], rows: Index,
         m = joint_motion(runs, law, run, t, runs.curve)
         i = np.clip(np.searchsorted(runs.s, m.place, side="right") - 1, 0, len(program) - 1)
         over = np.maximum.reduce([
-            (np.abs(m.v) / runs.limits.speed).max(axis=1),
+            largest_of_rows(np.abs(m.v) / runs.limits.speed),
             m.path_speed / np.where(program[i] > 0, program[i], np.inf),
-            np.sqrt((np.abs(m.a) / runs.limits.acceleration).max(axis=1) / ease[i]),
-            np.cbrt((np.abs(m.jerk_bend + m.jerk_slope) / runs.limits.jerk).max(axis=1)),
+            np.sqrt(largest_of_rows(np.abs(m.a) / runs.limits.acceleration) / ease[i]),
+            np.cbrt(largest_of_rows(np.abs(m.jerk_bend + m.jerk_slope) / runs.limits.jerk)),
         ])  # fmt: skip
         np.maximum.at(found, i, over)
         slower = _MARGIN * np.maximum(m.path_speed, _CREEP) / np.maximum(over, 1.0)

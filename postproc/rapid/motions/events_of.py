@@ -18,7 +18,7 @@ from postproc.rapid.motions.settings import SettingsReader
 from postproc.rapid.motions.targets import RUNTIME, Targets
 from postproc.rapid.program.instructions import SETTERS
 from postproc.rapid.program.program import Program
-from postproc.rapid.unknown import Kind, Unknown, joined_causes
+from postproc.rapid.unknown import Causes, Kind, Unknown, joined_causes
 
 _SET = itemgetter(*SETTERS)  # what instructions have set
 
@@ -56,10 +56,12 @@ class EventMaker:
         moment = self.moment(memory.changed)
         in_force = moment.in_force(statement.shape, settings)
         reasons += moment.reasons
-        causes = joined_causes(tuple(memory.noted), moment.causes) if memory.noted or moment.causes else ()
-        # Where a trap reads where the arm stands, that holds the correction: it would count twice.
-        written = [why for why in causes if why.kind is Kind.WRITTEN_AT_ANY_TIME]
-        reasons += [why for why in written if why.key in memory.changes.measured]
+        causes: Causes = ()
+        if memory.noted or moment.causes:
+            causes = joined_causes(tuple(memory.noted), moment.causes)
+            # Where a trap reads where the arm stands, that holds the correction: it would count twice.
+            written = [why for why in causes if why.kind is Kind.WRITTEN_AT_ANY_TIME]
+            reasons += [why for why in written if why.key in memory.changes.measured]
         wobj = in_force.wobj
         if not wobj.ufprog and not wobj.ufmec and not wobj.robhold:
             reasons.append(Unknown(Kind.MOVED_BY_NOBODY, wobj.name))
@@ -107,7 +109,7 @@ class EventMaker:
         """
         shape = statement.shape
         signature, roles = shape.signature, shape.roles
-        target: RobTarget | JointTarget | Unknown = Unknown(Kind.NO_TARGET)
+        target: RobTarget | JointTarget | Unknown
         via: RobTarget | Unknown | None = None
         origin, via_origin = RUNTIME, None
         if signature.why_not and "to" not in signature.roles:
@@ -119,6 +121,8 @@ class EventMaker:
             target, origin = read(statement.source, statement.span_of("to"), memory)
             if "via" in roles and not signature.jointed:
                 via, via_origin = self.targets.robtarget(statement.source, statement.span_of("via"), memory)
+        else:
+            target = Unknown(Kind.NO_TARGET)
         for place, role in ((target, "to"), (via, "via")):
             if isinstance(place, Unknown):
                 self.missing.explain(place, statement.argument(role), statement, findings)
