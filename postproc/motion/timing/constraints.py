@@ -35,12 +35,12 @@ class TOPPRA(_Toppra):  # type: ignore[misc]
     almost the same objective then takes another way to the same corner of the feasible set.
 
     Args:
-        may_rest: (g,) whether the arm may rest at the grid points.
+        may_stop: (g,) whether the arm may rest at the grid points.
     """
 
-    def __init__(self, may_rest: Flags, *arguments: Any, **named: Any) -> None:
+    def __init__(self, may_stop: Flags, *arguments: Any, **named: Any) -> None:
         super().__init__(*arguments, **named)
-        self.may_rest = may_rest.tolist()
+        self.may_stop = may_stop.tolist()
         self.objective = np.zeros(self.solver_wrapper.get_no_vars())
         self.double_steps = (-2.0 * self.solver_wrapper.get_deltas()).tolist()
 
@@ -59,7 +59,7 @@ class TOPPRA(_Toppra):  # type: ignore[misc]
         for i in range(self._N - 1, -1, -1):
             ends = low, high
             high = self._end(i, -1.0, ends)
-            low = 0.0 if ends[0] <= 0.0 and self.may_rest[i] else max(self._end(i, 1.0, ends), 0.0)
+            low = 0.0 if ends[0] <= 0.0 and self.may_stop[i] else max(self._end(i, 1.0, ends), 0.0)
             K[i] = low, high
             if low != low or high != high:
                 K[: i + 1] = np.nan
@@ -72,13 +72,13 @@ class TOPPRA(_Toppra):  # type: ignore[misc]
 
         NaN if none of the linear programs has a solution.
         """
-        found = np.nan
+        square = np.nan
         for weight in (FIRST if sign > 0 else -FIRST, *NEARLY):
             self.objective[:2] = weight, sign
-            found = self.solver_wrapper.solve_stagewise_optim(i, None, self.objective, np.nan, np.nan, *ends)[1]
-            if found == found:
+            square = self.solver_wrapper.solve_stagewise_optim(i, None, self.objective, np.nan, np.nan, *ends)[1]
+            if square == square:
                 break
-        return found
+        return square
 
     def path_speeds(self, start: float, end: float) -> Array:
         """Fastest path speeds (g,) from ``start`` to ``end``, as ``compute_parameterization`` finds them.
