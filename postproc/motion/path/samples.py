@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from postproc.arrays import Array
+from postproc.arrays import Array, distinct
 from postproc.diagnostics import Diagnostic, Matter, PostprocError, Severity
 from postproc.motion.findings import at_move, once
 from postproc.motion.mounts import Mounts
@@ -131,7 +131,7 @@ class Samples:
         rows = np.flatnonzero(self.curves.wrist[self.move])
         even = pose_in_space(self.curves, self.move[rows], self.u[rows])[:, :3, :3]
         turn = Rotation.from_matrix(even).inv() * Rotation.from_matrix(self.T_work_tcp[rows, :3, :3])
-        return np.unique(self.move[rows[turn.magnitude() > UNEVEN]])
+        return distinct(self.move[rows[turn.magnitude() > UNEVEN]])
 
 
 def sample_moves(robot: Robot, moves: Sequence[Move], intervals: Array) -> Samples:
