@@ -1,15 +1,17 @@
-"""The array type of the package, the inverse of poses, gravity, whole turns and orders of angles, rows by blocks.
+"""The array type of the package, the inverse of poses, gravity, largest and distinct values, turns, angles, blocks.
 
 Everything physical takes n poses at once; shapes stand in docstrings, units are SI and radians.
 Six-vectors have the linear part before the angular part, as in pinocchio.
 """
 
 from collections.abc import Iterator
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+N = TypeVar("N", bound=np.number[Any])
 
 GRAVITY = 9.81
 """Acceleration [m/s^2] by which every mass weighs (on the ground it is 9.780 to 9.832): fitted weights hold with it."""
@@ -30,6 +32,19 @@ def invert(T: Array) -> Array:
 def gravity_in(R: Array) -> Array:
     """Return gravity (3,) [m/s^2] in the axes of a frame whose orientation in the world is R (3, 3)."""
     return np.asarray(R.T @ np.array([0.0, 0.0, -GRAVITY]))
+
+
+def largest_of_rows(values: Array) -> Array:
+    """Return the largest value (n,) of each row of (n, c), several times as fast as numpy where columns are few."""
+    return np.asarray(np.ascontiguousarray(values.T).max(axis=0))
+
+
+def distinct(values: NDArray[N]) -> NDArray[N]:
+    """Return the values that occur, ascending; ``numpy.unique`` loads masked arrays for it, a hundredth of a second."""
+    values = np.sort(values, axis=None)
+    first = np.ones(len(values), dtype=bool)
+    first[1:] = values[1:] != values[:-1]
+    return values[first]
 
 
 def constant(values: Array) -> Array:

@@ -298,11 +298,12 @@ def unfit_confdata(robot: Robot, plan: CorrectionPlan, ran: Samples, owner: Inde
         added: (k,) moves to targets that were added.
     """
     programmed = plan.motion.samples
-    fitted = np.abs(programmed.q_reached - programmed.q[programmed.goal]).max(axis=1) < OTHER_POSTURE
+    before = programmed.q[programmed.goal[owner]]
+    fitted = np.abs(programmed.q_reached[owner] - before).max(axis=1) < OTHER_POSTURE
     comes = ~ran.curves.joint & (ran.goal > ran.start)
     selected = ran.q[ran.goal]
-    unfit = comes & (np.abs(ran.q_reached - selected).max(axis=1) > OTHER_POSTURE) & (added | fitted[owner])
-    change = np.abs(selected - np.array([move.q for move in programmed.moves])[owner])
+    unfit = comes & (np.abs(ran.q_reached - selected).max(axis=1) > OTHER_POSTURE) & (added | fitted)
+    change = np.abs(selected - before)
     bent = np.abs(np.sin(selected[:, 4])) > np.sin(BENT_RAD)
     other = (change[:, :3].max(axis=1) > OTHER_ARM) | (bent & (change[:, 3:].max(axis=1) > OTHER_WRIST))
     unfit |= ~added & other

@@ -123,6 +123,6 @@ class Mounts:
 
 def _turning(T: Array) -> Array:
     """(n, 6, 6) block-diagonal matrices that turn shifts and rotation vectors by the rotations of poses (n, 4, 4)."""
-    found = np.zeros((len(T), 6, 6))
-    found[:, :3, :3] = found[:, 3:, 3:] = T[:, :3, :3]
-    return found
+    turns = np.zeros((len(T), 6, 6))
+    turns[:, :3, :3] = turns[:, 3:, 3:] = T[:, :3, :3]
+    return turns

@@ -54,16 +54,16 @@ def nearest_to(robot: Robot, path: Samples) -> tuple[Nearest, ...]:
     margin = np.minimum(q - robot.lower, robot.upper - q)
     row, joint = (int(i) for i in np.unravel_index(int(np.argmin(margin)), margin.shape))
     amount, angle = np.degrees([margin[row, joint], q[row, joint]]).tolist()
-    found = [Nearest(LIMIT, amount, joint + 1, angle, at(row))]
+    nearest = [Nearest(LIMIT, amount, joint + 1, angle, at(row))]
     if robot.opw is not None:
         bend = np.arcsin(np.abs(np.sin(q[:, 4])))
         row = int(np.argmin(bend))
         amount, angle = np.degrees([bend[row], q[row, 4]]).tolist()
-        found.append(Nearest(WRIST, amount, 5, angle, at(row)))
+        nearest.append(Nearest(WRIST, amount, 5, angle, at(row)))
         ratio = _singular_values(robot, q)[:, 0]
         row = int(np.argmin(ratio))
-        found.append(Nearest(ARM, float(ratio[row]), None, None, at(row)))
-    return tuple(found)
+        nearest.append(Nearest(ARM, float(ratio[row]), None, None, at(row)))
+    return tuple(nearest)
 
 
 def posture_notes(robot: Robot, q: Array, singular: NDArray[np.bool_]) -> tuple[str, ...]:

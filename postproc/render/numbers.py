@@ -62,6 +62,8 @@ def written_decimals(texts: NDArray[np.bytes_]) -> NDArray[np.int64]:
 def written_like(value: float, written: int, decimals: int) -> str:
     """Text of a number with ``decimals``; without trailing zeros if that which it replaces has fewer, ``written``."""
     text = f"{value:.{decimals}f}"
+    if text[-1] != "0":
+        return text
     if written < decimals:
         return _shortened(text)
     return text if float(text) else text.lstrip("-")

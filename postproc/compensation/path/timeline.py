@@ -111,7 +111,7 @@ def first_periods(model: Model, path: Samples) -> Array:
     n = len(path.q)
     if n == 0 or not carries_load(model):
         return np.zeros(n)
-    rows = np.unique(np.linspace(0, n - 1, min(n, _MOST)).round().astype(int))
+    rows = np.linspace(0, n - 1, min(n, _MOST)).round().astype(int)
     moves = [path.moves[i] for i in path.move[rows]]
     state = State(
         q=path.q[rows],

@@ -156,15 +156,24 @@ def assign(demands: Demands, fixed: Mapping[SlotKey, SlotValue]) -> Assignment:
     limit = demands.within + ROUNDING_MM
     unserved = _unserved(demands, range(len(demands.requests)), slots)
     served = (np.linalg.norm(unserved, axis=1) <= limit).tolist()
+    # A controller may refuse a configuration that differs from the one of the target.
+    lacking = {
+        (request.event.statement.key, request.role)
+        for request, slot, near in zip(demands.requests, demands.slot_of, served, strict=True)
+        if not near
+        or slot is None
+        or slot not in slots
+        or not compliant(request.value.robconf, slots[slot].robconf or request.target.robconf)
+    }
     offsets: dict[ArgumentKey, OffsetLaw] = {}
     refused: dict[StatementKey, str] = {}
     relaxed: set[StatementKey] = set()
     for key, rows in demands.arguments.items():
         # By slots alone.
+        if key not in lacking:
+            continue
         filled = all(demands.slot_of[row] in slots for row in rows)
         configured = _configured(demands, rows, slots)
-        if filled and configured and all(served[row] for row in rows):
-            continue
         if demands.read_only(key):
             refused |= {} if filled else {key[0]: LENT}
             continue
@@ -194,17 +203,22 @@ def assign(demands: Demands, fixed: Mapping[SlotKey, SlotValue]) -> Assignment:
 def _slot_values(demands: Demands, fixed: Mapping[SlotKey, SlotValue]) -> dict[SlotKey, SlotValue]:
     """A value for each slot that is not fixed and serves any argument: the centre of what its arguments require."""
     users: dict[SlotKey, dict[ArgumentKey, list[int]]] = {}
+    by_offset, read_only = set[ArgumentKey](), set[ArgumentKey]()
     for key, rows in demands.arguments.items():
         for row in rows:
-            if (slot := demands.slot_of[row]) is not None and slot not in fixed:
+            slot = demands.slot_of[row]
+            if slot is None:
+                by_offset.add(key)
+            elif slot not in fixed:
                 users.setdefault(slot, {}).setdefault(key, []).append(row)
-    # Arguments of files that must not change take what others leave them.
-    read_only = {key for key in demands.arguments if demands.read_only(key)}
-    by_offset = {key for key, rows in demands.arguments.items() if any(demands.slot_of[row] is None for row in rows)}
+        # Arguments of files that must not change take what others leave them.
+        if demands.requests[rows[0]].event.statement.source.read_only:
+            read_only.add(key)
     by_offset |= read_only
     for slot, arguments in users.items():
-        able = {key: rows for key, rows in arguments.items() if key not in by_offset}
-        by_offset |= able.keys() - _served_together(demands, slot, able)
+        if len(demands.of_slot[slot]) > 1:
+            able = {key: rows for key, rows in arguments.items() if key not in by_offset}
+            by_offset |= able.keys() - _served_together(demands, slot, able)
     known, values = set(fixed), dict[SlotKey, SlotValue]()
     for carried in (False, True):
         # An offset around elements of which some are corrected fits them all where the others are corrected, too.
@@ -263,12 +277,14 @@ def _centre(demands: Demands, slot: SlotKey, rows: Sequence[int]) -> SlotValue:
     It is turned half-way between the rotations that they require; those whose argument displaces the target count for
     it only if there are no others. It has their most common configuration, or keeps that of an expression.
     """
+    if len(rows) == 1 and not demands.derived[rows[0]]:
+        only = demands.requests[rows[0]]
+        conf = None if slot[0] == "call" else only.value.robconf
+        return SlotValue(demands.shift[rows[0]], demands.turn[rows[0]], conf, only)
     confs = [demands.requests[row].value.robconf for row in rows]
     conf = None if slot[0] == "call" else max(set(confs), key=confs.count)
     chosen = np.array(rows)
     plain = chosen[~demands.derived[chosen]]
-    if len(rows) == len(plain) == 1:
-        return SlotValue(demands.shift[rows[0]], demands.turn[rows[0]], conf, demands.requests[rows[0]])
     turn = midrange(demands.turn[plain if len(plain) else chosen])
     required, within = demands.shift[chosen] - np.cross(turn, demands.lever[chosen]), demands.within[chosen, None]
     return SlotValue(((required - within).max(axis=0) + (required + within).min(axis=0)) / 2, turn, conf)

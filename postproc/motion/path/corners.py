@@ -167,7 +167,11 @@ def blended_poses(
 
 
 def _blend_wrists(
-    robot: Robot, curves: Curves, corners: Corners, at: tuple[Index, Array, Array], found: tuple[Array, Array]
+    robot: Robot,
+    curves: Curves,
+    corners: Corners,
+    at: tuple[Index, Array, Array],
+    blended: tuple[Array, Array],
 ) -> None:
     """Fill in, in place, poses and joint angles in the corners where both moves have known wrist angles.
 
@@ -176,9 +180,9 @@ def _blend_wrists(
 
     Args:
         at: moves (n,), fractions (n,) and external axes (n, 6).
-        found: T_work_tcp (n, 4, 4) and q (n, 6), which are changed.
+        blended: T_work_tcp (n, 4, 4) and q (n, 6), which are changed.
     """
-    (move, u, axes), (T, q) = at, found
+    (move, u, axes), (T, q) = at, blended
     rows, a, w = _locate(move, u, corners.before_turn, corners.after_turn)
     known, wrist = curves.joint | curves.wrist, curves.wrist
     chosen = known[a] & known[a + 1] & (wrist[a] | wrist[a + 1])

@@ -73,10 +73,10 @@ class Curves:
             move: (n,) indices of moves.
             axes: (n, 6) positions of the external axes [m], [rad].
         """
-        found = self.mounts[move]
-        if found.frame is None:
-            return found
-        return replace(found, T_base_frame=frames_at(self.frames, found.frame, axes))
+        mounts = self.mounts[move]
+        if mounts.frame is None:
+            return mounts
+        return replace(mounts, T_base_frame=frames_at(self.frames, mounts.frame, axes))
 
 
 ARC_FAULTS = (

@@ -13,7 +13,7 @@ from postproc.diagnostics import Diagnostic
 from postproc.motion.findings import once, place
 from postproc.motion.mounts import Mounts
 from postproc.motion.path.places import NOWHERE, unit_of
-from postproc.motion.path.postures import goal_joints, supposed_start
+from postproc.motion.path.postures import goal_joints
 from postproc.motion.path.refusals import another_arm, doubt_weights, only_displaced, refuse_events
 from postproc.motion.values import Move, WorkFrame, frames_at
 from postproc.rapid.data.events import InForce, MotionEvent
@@ -76,18 +76,22 @@ def read_moves(
     findings = [_left_alone(d, LOOSE) if events[i].unreachable else d for i, d in (*refused, *wrong)]
     findings += [finding for _, finding in beyond]
     findings += doubt_weights(robot, [events[i] for i in known if not events[i].unreachable])
-    findings += [supposed_start(events[known[row]]) for row in supposed]
+    text = "in which posture the arm comes here is not known, and what the target states does not exist"
+    help_ = (
+        "the posture nearest to the last known one, or to all axes at zero, is taken: begin with a MoveAbsJ to be sure"
+    )
+    findings += [Diagnostic("KIN008", "warning", text, *place(events[known[row]]), help_) for row in supposed]
     findings += another
 
     moves: list[Move] = []
-    for row, (i, here) in enumerate(zip(known, at_goals, strict=True)):
+    for row, (i, fields) in enumerate(zip(known, at_goals, strict=True)):
         e, (frame, axes) = events[i], places[row]
         kind = e.statement.interpolation
         if i in bad or kind == "none":
             continue
         via = via_matrix(e) if kind == "arc" and e.via is not None else None
         goal = T_work_tcp[row] if isinstance(e.target, RobTarget) else None
-        moves.append(Move(i, e, kind, q[row], T_work_tcp=goal, T_work_via=via, frame=frame, axes=axes, **here))
+        moves.append(Move(i, e, kind, q[row], T_work_tcp=goal, T_work_via=via, frame=frame, axes=axes, **fields))
     return _chained(events, moves), once(findings)
 
 
@@ -158,7 +162,7 @@ def _beyond_limits(
         station: states the limits.
         places: (k,) frame of the work and positions of the external axes there.
     """
-    found = []
+    findings = []
     for letter, joint in station.joints.items():
         lower, upper = (
             (-np.inf if joint.lower is None else joint.lower),
@@ -172,8 +176,8 @@ def _beyond_limits(
                 f" {scale * upper:.1f} {unit}"
             )
             help_ = "change the target, or the limits that the cell states"
-            found.append((known[row], Diagnostic("KIN003", "warning", text, *place(events[known[row]]), help_)))
-    return found
+            findings.append((known[row], Diagnostic("KIN003", "warning", text, *place(events[known[row]]), help_)))
+    return findings
 
 
 def _left_alone(finding: Diagnostic, why: str) -> Diagnostic:

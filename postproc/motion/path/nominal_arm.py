@@ -65,12 +65,12 @@ class NominalArm:
         T_frame_tcp = object_matrix(situation.wobj, situation.displacement) @ pose_matrix(target.trans, target.rot)
         T_flange = invert(self._to_frame(extax, situation)) @ T_frame_tcp @ invert(tool_matrix(situation.tool))
         try:
-            found = joint_solution(self.robot, T_flange[None], np.array([target.robconf]))
+            solution = joint_solution(self.robot, T_flange[None], np.array([target.robconf]))
         except PostprocError:
             raise Unknown(Kind.UNDEFINED, "CalcJointT") from None
-        if found.failures:
+        if solution.failures:
             raise Unknown(Kind.UNDEFINED, "CalcJointT")
-        a, b, c, d, e, f = np.degrees(found.q[0]).tolist()
+        a, b, c, d, e, f = np.degrees(solution.q[0]).tolist()
         return JointTarget((a, b, c, d, e, f), extax)
 
     def _to_frame(self, extax: Ax6, situation: Situation) -> Array:

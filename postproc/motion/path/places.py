@@ -28,23 +28,23 @@ def place_events(events: Iterable[MotionEvent], station: Station) -> list[Motion
     An event whose base or work has no known place also gets the reason, so that it is not corrected.
     """
     now = NOWHERE
-    found: list[MotionEvent] = []
+    placed: list[MotionEvent] = []
     for event in events:
         if event.first:
             now = NOWHERE
         if event.resumes_from is not None:
-            now = found[event.resumes_from].axes or NOWHERE
+            now = placed[event.resumes_from].axes or NOWHERE
         elif event.target is not None and event.target.extax != NO_AXES:
             now = _reached(now, event, idle_axes(event.units, station))
         elif event.target is None and event.reason is not None:
             now = NOWHERE  # wherever that leads
-        found.append(event if now is NOWHERE else replace(event, axes=now))
-    rows = [i for i, e in enumerate(found) if e.reason is None and e.target is not None]
-    for i, why in zip(rows, _unplaced([found[i] for i in rows], station), strict=True):
+        placed.append(event if now is NOWHERE else replace(event, axes=now))
+    rows = [i for i, e in enumerate(placed) if e.reason is None and e.target is not None]
+    for i, why in zip(rows, _unplaced([placed[i] for i in rows], station), strict=True):
         if why is not None:
-            event = found[i]
-            found[i] = replace(event, reason=why.reason, unknowns=(*event.unknowns, why))
-    return found
+            event = placed[i]
+            placed[i] = replace(event, reason=why.reason, unknowns=(*event.unknowns, why))
+    return placed
 
 
 def _reached(before: Ax6, event: MotionEvent, idle: str) -> Ax6:
@@ -102,15 +102,15 @@ def say_resting(events: Sequence[MotionEvent], station: Station) -> list[Diagnos
     """
     units = {now: unit for now in {event.in_force for event in events} if (unit := unit_of(now)) is not None}
     first = {units[event.in_force].lower(): event for event in reversed(events) if event.in_force in units}
-    found = []
+    findings = []
     for name, event in first.items():
         axes = station.standing.get(name, (NO_AXIS,) * 6)
         stated = [f"eax_{letter} = {axis:g}" for letter, axis in zip(LETTERS, axes, strict=True) if axis < NO_AXIS]
         if stated and event.reason is None:
             text = f"`{event.wobj.ufmec}`, which another task moves, is taken to stand at {', '.join(stated)}"
             help_ = "its program states no other position; mind that it stands there before this motion begins"
-            found.append(Diagnostic("MOT013", "info", text, event.statement.source, event.statement.span, help_))
-    return found
+            findings.append(Diagnostic("MOT013", "info", text, event.statement.source, event.statement.span, help_))
+    return findings
 
 
 def axes_between(before: MotionEvent, event: MotionEvent, share: float) -> Ax6:

@@ -10,8 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
-from postproc.diagnostics import Diagnostic, PostprocError
-from postproc.motion.findings import place
+from postproc.diagnostics import PostprocError
 from postproc.motion.mounts import Mounts
 from postproc.motion.path.curves import Curves
 from postproc.motion.values import Flags, Index, stretches
@@ -24,6 +23,7 @@ from postproc.robot.track import track
 
 STRAIGHT = np.radians(6.0)  # |q5| below which axes 4 and 6 may turn so fast that the way is followed in finer steps
 FINER = 16
+SAME_POSE = 1e-12  # [m] and in the rotation matrix
 OTHER_POSTURE = 0.1  # [rad] of one joint at least between two postures of one pose
 
 
@@ -71,8 +71,8 @@ def goal_joints(
     row_of = {i: row for row, i in enumerate(known)}
     again = {row: row_of[end] for row, i in enumerate(known) if (end := events[i].resumes_from) is not None}
     free[list(again)] = False
-    more, supposed = _follow(robot, T_base_flange, q, free, again)
-    return q, T, sorted([*failures, *more], key=lambda f: f.index), supposed
+    further, supposed = _follow(robot, T_base_flange, q, free, again)
+    return q, T, sorted([*failures, *further], key=lambda f: f.index), supposed
 
 
 def any_configuration(event: MotionEvent) -> bool:
@@ -163,7 +163,10 @@ def follow(
     Raises:
         PostprocError: KIN004, a pose cannot be reached in this branch.
     """
-    coarse = track(robot, curves.mounts_at(move, curves.axes_at(move, u)).flange(T_work_tcp), q_start)
+    T_base_flange = curves.mounts_at(move, curves.axes_at(move, u)).flange(T_work_tcp)
+    # A move mostly begins in the pose in which the one before it ends.
+    other = np.append(True, np.abs(np.diff(T_base_flange, axis=0)).max(axis=(1, 2)) > SAME_POSE)
+    coarse = track(robot, T_base_flange[other], q_start)[np.cumsum(other) - 1]
     if np.abs(np.sin(coarse[:, 4])).min(initial=1.0) > np.sin(STRAIGHT):
         return coarse
     rows = np.arange(len(u))
@@ -179,15 +182,3 @@ def follow(
     fine = track(robot, curves.mounts_at(move[b], axes).flange(T), q_start)[FINER - 1 :: FINER]
     missed = [(np.abs(q[ends[0]] - ends[1]).max(axis=1) > OTHER_POSTURE).sum() for q in (coarse, fine)]
     return coarse if missed[0] < missed[1] else fine
-
-
-def supposed_start(event: MotionEvent) -> Diagnostic:
-    """KIN008, a warning: the posture nearest to the last known one is assumed at this target.
-
-    The posture in which the arm comes is not known, and the configuration that the target states does not exist.
-    """
-    text = "in which posture the arm comes here is not known, and what the target states does not exist"
-    help_ = (
-        "the posture nearest to the last known one, or to all axes at zero, is taken: begin with a MoveAbsJ to be sure"
-    )
-    return Diagnostic("KIN008", "warning", text, *place(event), help_)

@@ -174,8 +174,10 @@ def only_displaced(runs: Reached) -> frozenset[StatementKey]:
     Args:
         runs: executions, each with the code of the finding that keeps the arm from making it, or None.
     """
-    run = {e.statement.key for e, code in runs if code is None and isinstance(e.target, RobTarget)}
     lost = {e.statement.key for e, code in runs if code is not None}
+    if not lost:
+        return frozenset()
+    run = {e.statement.key for e, code in runs if code is None and isinstance(e.target, RobTarget)}
     written = {  # as numbers or a name, and no program displacement is in force
         e.statement.key
         for e, code in runs

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from postproc.arrays import Array
+from postproc.arrays import Array, distinct
 from postproc.diagnostics import Diagnostic, Matter, PostprocError, Severity
 from postproc.motion.findings import at_move, once
 from postproc.motion.mounts import Mounts
@@ -131,7 +131,7 @@ class Samples:
         rows = np.flatnonzero(self.curves.wrist[self.move])
         even = pose_in_space(self.curves, self.move[rows], self.u[rows])[:, :3, :3]
         turn = Rotation.from_matrix(even).inv() * Rotation.from_matrix(self.T_work_tcp[rows, :3, :3])
-        return np.unique(self.move[rows[turn.magnitude() > UNEVEN]])
+        return distinct(self.move[rows[turn.magnitude() > UNEVEN]])
 
 
 def sample_moves(robot: Robot, moves: Sequence[Move], intervals: Array) -> Samples:
@@ -167,8 +167,8 @@ def sample_moves(robot: Robot, moves: Sequence[Move], intervals: Array) -> Sampl
         q[rows] = follow(robot, curves, move[rows], u[rows], T[rows], known[a - 1], (goal[a:b] - start[a], known[a:b]))
     reached = q[goal]
     q[goal] = known  # exactly what the confdata says
-    whole, stop = np.broadcast_to(False, len(u)), np.broadcast_to(True, len(moves))
-    return Samples(moves, curves, move, u, T, q, curves.axes_at(move, u), start, goal, reached, whole, stop)
+    blend, stop = np.broadcast_to(False, len(u)), np.broadcast_to(True, len(moves))
+    return Samples(moves, curves, move, u, T, q, curves.axes_at(move, u), start, goal, reached, blend, stop)
 
 
 def sample_path(robot: Robot, moves: Sequence[Move]) -> tuple[Samples, list[Diagnostic]]:
@@ -209,7 +209,7 @@ def place_samples(moves: tuple[Move, ...], curves: Curves, corners: Corners) -> 
     """
     m = len(moves)
     turn, travel = np.linalg.norm(curves.turn, axis=1), np.abs(curves.q_change).max(axis=1, initial=0)
-    asked = OF_WAYS.intervals(curves)
+    needed = OF_WAYS.intervals(curves)
     still = (travel < OF_WAYS.joint) | ~(curves.joint | curves.wrist)
     least = np.where((curves.length < _SHORT) & (turn < OF_WAYS.turn) & still, 2, 4)
     bend = np.append(_corner_angles(curves), 0.0)
@@ -219,9 +219,9 @@ def place_samples(moves: tuple[Move, ...], curves: Curves, corners: Corners) -> 
     stretch = [share[0], 1.0 - share[0] - share[1], share[1]]
     count = np.zeros((m, 3), dtype=int)
     for k, side in ((0, 0), (2, 1)):
-        wanted = np.maximum(in_corner[side], np.ceil(asked * share[side] - 1e-9))
+        wanted = np.maximum(in_corner[side], np.ceil(needed * share[side] - 1e-9))
         count[:, k] = np.where(share[side] > 0, wanted, 0)
-    free = np.maximum(np.ceil(asked * stretch[1] - 1e-9), least - count[:, 0] - count[:, 2])
+    free = np.maximum(np.ceil(needed * stretch[1] - 1e-9), least - count[:, 0] - count[:, 2])
     count[:, 1] = np.where(stretch[1] > 1e-9, np.maximum(free, 1), 0)
     first = np.array([move.first for move in moves])
     count[first] = (0, 1, 0)
@@ -267,9 +267,9 @@ def _track(robot: Robot, moves: tuple[Move, ...], T_base_flange: Array, q: Array
         except PostprocError as error:
             lost = np.isnan(inverse(robot, T_base_flange[run])[..., 0]).all(axis=1)
             where = moves[move[a + int(np.argmax(lost))]]
-            found = at_move(where, error.diagnostics[0].code, "error", "the way to this target is out of reach",
+            finding = at_move(where, error.diagnostics[0].code, "error", "the way to this target is out of reach",
                             "move the path into the working range, or pass the place with a joint move")  # fmt: skip
-            findings.append(found)
+            findings.append(finding)
             q[run] = q[a - 1]
     return findings
 
@@ -294,8 +294,8 @@ def _examine(robot: Robot, moves: tuple[Move, ...], path: Samples, in_space: Fla
         for i in np.unique(path.move[rows], return_index=True)[1]:
             move = moves[path.move[rows[i]]]
             help_ = joint if move.kind in ("joint", "absjoint") else help
-            found = at_move(move, code, severity, message(int(rows[i])), help_)
-            findings.append(replace(found, matter=matter))
+            finding = at_move(move, code, severity, message(int(rows[i])), help_)
+            findings.append(replace(finding, matter=matter))
 
     excess = excess_of(robot, path.q)
     report(

@@ -184,26 +184,26 @@ def _of_part(robot: Robot, runs: Runs, grid: Grid, gravity: Array) -> tuple[Arra
 
     dof = values[0].shape[1]
     bounds = SpeedBounds(low, np.maximum(high, _STOP), dof)
-    whole = GridPath(values, np.array([grid.s[0], grid.s[-1]]) / UNIT)
+    on_grid = GridPath(values, np.array([grid.s[0], grid.s[-1]]) / UNIT)
     ease = grid.ease[:, None]
     eased = values[1] / ease, values[2] / ease, np.zeros_like(values[1])
     ends = np.minimum(grid.cap, grid.floor)[[0, -1]] / UNIT
-    fixed, may_rest = [JointVelocityConstraint(runs.limits.speed), bounds], grid.floor <= 0
+    fixed, may_stop = [JointVelocityConstraint(runs.limits.speed), bounds], grid.floor <= 0
     if robot.torque is not None:
         # M q' u + (M q'' + C(q') q') x + g
         terms = _torque_terms(robot, runs, grid, values, gravity)
         fixed.append(JointLimits(terms, robot.torque, dof))
-        may_rest = may_rest & (np.abs(terms[2]) <= robot.torque).all(axis=1)
+        may_stop = may_stop & (np.abs(terms[2]) <= robot.torque).all(axis=1)
     blocked = 0
     for share in _SHARES:
         limits = [*fixed, JointLimits(eased, share * runs.limits.acceleration, dof)]
-        solver = TOPPRA(may_rest, limits, whole, gridpoints=grid.s / UNIT, solver_wrapper="seidel",
+        solver = TOPPRA(may_stop, limits, on_grid, gridpoints=grid.s / UNIT, solver_wrapper="seidel",
                         parametrizer="ParametrizeConstAccel")  # fmt: skip
-        _, speed, _, controllable = solver.compute_parameterization(*ends, return_data=True)
-        if speed is not None and not np.isnan(speed).any():
+        speed = solver.path_speeds(*ends.tolist())
+        unknown = np.flatnonzero(np.isnan(speed))
+        if not len(unknown):
             return np.where(grid.cap > 0, speed * UNIT, 0.0), None
-        unknown = np.isnan(controllable if speed is None else speed[:, None]).any(axis=1)
-        blocked = int(np.flatnonzero(unknown)[-1]) if unknown.any() else 0
+        blocked = int(unknown[-1])
     return np.zeros(len(grid.s)), blocked
 
 
@@ -215,9 +215,9 @@ def _torque_terms(
     Args:
         values: path coordinates and their first two derivatives, (g, c) each; the first six are the joint angles.
     """
-    held = runs.moves_at(grid.s)
-    payload = np.array([m.payload_mass for m in held]), np.array([m.payload_center for m in held])
+    moves = runs.moves_at(grid.s)
+    payload = np.array([m.payload_mass for m in moves]), np.array([m.payload_center for m in moves])
     q, q1, q2 = (column[:, :6] for column in values)
     still = np.zeros_like(q)
-    rest = inertial_torque(robot, (q, still, still), payload, gravity)
-    return inertial_torque(robot, (q, still, q1), payload), inertial_torque(robot, (q, q1, q2), payload), rest
+    weight = inertial_torque(robot, (q, still, still), payload, gravity)
+    return inertial_torque(robot, (q, still, q1), payload), inertial_torque(robot, (q, q1, q2), payload), weight

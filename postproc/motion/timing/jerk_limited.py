@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from postproc.arrays import Array
+from postproc.arrays import Array, largest_of_rows
 from postproc.diagnostics import Diagnostic, Matter, PostprocError
 from postproc.motion.findings import at_move
 from postproc.motion.timing.fastest import FASTEST, Grid, fastest, lay_grid, programmed_ease, programmed_speed
@@ -21,7 +21,7 @@ _ROUNDS = 6
 _KEPT = 1.001  # ratio to a limit that counts as kept
 _PATCH = 40  # grid points on either side of a place that is slowed
 _CREEP = 1e-3  # [m/s] slower than this only near a stop, where a lower speed would not help
-_BESIDE = 1e-7  # [s]
+_TO_EITHER_SIDE = 1e-7  # [s]
 _MARGIN = 0.95  # what is too fast is slowed a little more than asked for: fewer rounds
 
 
@@ -180,10 +180,10 @@ def _slowed(
         The grid, its speeds, and which of its points (g,) bool were solved again.
     """
     grid, speed = now
-    beside = [np.clip(np.searchsorted(runs.s, grid.s, side) - 1, 0, len(allowed) - 1) for side in ("left", "right")]
-    over = np.maximum(excess[beside[0]], excess[beside[1]])
+    near = [np.clip(np.searchsorted(runs.s, grid.s, side) - 1, 0, len(allowed) - 1) for side in ("left", "right")]
+    over = np.maximum(excess[near[0]], excess[near[1]])
     least = np.minimum(grid.cap, _CREEP)
-    lower = np.minimum(np.minimum(allowed[beside[0]], allowed[beside[1]]), _MARGIN * grid.cap / np.maximum(over, 1.0))
+    lower = np.minimum(np.minimum(allowed[near[0]], allowed[near[1]]), _MARGIN * grid.cap / np.maximum(over, 1.0))
     cap = np.where(over > _KEPT, np.maximum(lower, least), grid.cap)
     if not (cap < grid.cap).any():
         return grid, speed, np.zeros(len(cap), dtype=bool)
@@ -220,7 +220,7 @@ def _wide_enough(runs: Runs, grid: Grid, speed: Array, window: Array, changed: F
             m = joint_motion(runs, law, run, law.t[rows] + shift * window[run] + 1e-9, runs.curve)
             led = np.abs(m.jerk_slope) > np.abs(m.jerk_bend)
             jerk = np.where(led, np.abs(m.jerk_slope + m.jerk_bend), 0.0) / runs.limits.jerk
-            np.maximum.at(ratio, run, jerk.max(axis=1))
+            np.maximum.at(ratio, run, largest_of_rows(jerk))
         if (ratio <= _KEPT).all():
             break
         window = window * np.where(ratio > 1.0, np.minimum(1.02 * ratio, 2.0), 1.0)
@@ -241,26 +241,26 @@ def _examine(runs: Runs, law: TimeLaw, stated: tuple[Array, Array], rows: Index,
     """
     program, ease = stated
     allowed = np.full(len(program), np.inf)
-    found = np.full(len(program), -1.0)
+    largest = np.full(len(program), -1.0)
     run = law.run[rows]
     # Where the averaged acceleration bends; either side of every grid point, where speed limits change; between.
     begins = law.t[rows]
     passes = times_at(law, run, law.s[rows])
     between = 0.5 * (passes + np.append(passes[1:], passes[-1:]))
     between = np.where(np.append(np.diff(rows) == 1, False) & (between > passes), between, passes)
-    for t in (begins, begins + law.window[run], passes - _BESIDE, passes + _BESIDE, between):
+    for t in (begins, begins + law.window[run], passes - _TO_EITHER_SIDE, passes + _TO_EITHER_SIDE, between):
         m = joint_motion(runs, law, run, t, runs.curve)
         i = np.clip(np.searchsorted(runs.s, m.place, side="right") - 1, 0, len(program) - 1)
         over = np.maximum.reduce([
-            (np.abs(m.v) / runs.limits.speed).max(axis=1),
+            largest_of_rows(np.abs(m.v) / runs.limits.speed),
             m.path_speed / np.where(program[i] > 0, program[i], np.inf),
-            np.sqrt((np.abs(m.a) / runs.limits.acceleration).max(axis=1) / ease[i]),
-            np.cbrt((np.abs(m.jerk_bend + m.jerk_slope) / runs.limits.jerk).max(axis=1)),
+            np.sqrt(largest_of_rows(np.abs(m.a) / runs.limits.acceleration) / ease[i]),
+            np.cbrt(largest_of_rows(np.abs(m.jerk_bend + m.jerk_slope) / runs.limits.jerk)),
         ])  # fmt: skip
-        np.maximum.at(found, i, over)
+        np.maximum.at(largest, i, over)
         slower = _MARGIN * np.maximum(m.path_speed, _CREEP) / np.maximum(over, 1.0)
         np.minimum.at(allowed, i, np.where(over > _KEPT, slower, np.inf))
-    excess[found >= 0.0] = found[found >= 0.0]
+    excess[largest >= 0.0] = largest[largest >= 0.0]
     return allowed
 
 
@@ -279,9 +279,9 @@ def _blocked(robot: Robot, runs: Runs, s: float, gravity: Array) -> Diagnostic:
         payload = np.array([move.payload_mass]), move.payload_center[None]
         weight = inertial_torque(robot, (runs.curve(place)[:, :6], still, still), payload, gravity)
         share = np.abs(weight[0]) / robot.torque
-    found = at_move(
+    finding = at_move(
         move, "MOT010", "error",
         f"at no speed can the arm follow the path to this target: {runs.name(int(np.argmax(share)))} passes its limits",
         "check the joint limits of the robot file, and the path for a singularity",
     )  # fmt: skip
-    return replace(found, matter=Matter.UNFOLLOWABLE)
+    return replace(finding, matter=Matter.UNFOLLOWABLE)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from postproc.arrays import Array, blocks
+from postproc.arrays import Array, blocks, distinct, largest_of_rows
 from postproc.motion.timing.jerk_limited import Profile, joint_motion
 from postproc.motion.timing.spline import fit_spline
 from postproc.robot.arm import Robot
@@ -42,14 +42,14 @@ def check_limits(robot: Robot, profile: Profile, q_corrected: Array) -> LimitRep
         curve = fit_spline(profile.runs.s, q_corrected[profile.runs.sample], profile.runs.run)
         law = profile.law
         begin = profile.start[law.run] + law.t
-        moments = np.unique(np.concatenate([begin + x * law.window[law.run] for x in (0.0, 0.25, 0.5, 0.75, 1.0)]))
+        moments = distinct(np.concatenate([begin + x * law.window[law.run] for x in (0.0, 0.25, 0.5, 0.75, 1.0)]))
         for part in blocks(len(moments)):
             run, inner = profile.at(moments[part])
             m = joint_motion(profile.runs, law, run, inner, curve)
             jerk = np.abs(m.jerk_bend + m.jerk_slope) / robot.jerk
             ratios = np.abs(m.v) / robot.speed, np.abs(m.a) / robot.acceleration, jerk  # (k, 6) each, 1 at the limit
             for ratio, power in zip(ratios, (1.0, 0.5, 1.0 / 3.0), strict=True):
-                np.maximum.at(needed, run, ratio.max(axis=1) ** power)
+                np.maximum.at(needed, run, largest_of_rows(ratio) ** power)
             for kind, ratio in enumerate(ratios):
                 worst[kind] = np.maximum(worst[kind], ratio.max(axis=0))
     extra = float(np.sum(profile.law.duration * (needed - 1.0))) if profile.runs.count else 0.0

@@ -181,21 +181,21 @@ def cut_runs(robot: Robot, path: Samples, station: Station | None = None) -> Run
     step = np.sqrt(
         travel**2 + (TURN_ARM * turn) ** 2 + (JOINT_ARM * joints) ** 2 + np.sum((share * slides) ** 2, axis=1)
     )
-    rest = np.zeros(n, dtype=bool)
-    rest[path.goal[path.stop]] = True
+    stops = np.zeros(n, dtype=bool)
+    stops[path.goal[path.stop]] = True
     live = (step > STILL) & ~path.starts_chain()[1:]
-    begins = live & (rest[:-1] | ~np.append(False, live[:-1]))
-    left = np.flatnonzero(live)
-    of_run = np.cumsum(begins[left]) - 1
-    count = int(of_run[-1]) + 1 if len(left) else 0
-    k = len(left) + count
-    at = np.arange(len(left)) + of_run
+    begins = live & (stops[:-1] | ~np.append(False, live[:-1]))
+    intervals = np.flatnonzero(live)
+    of_run = np.cumsum(begins[intervals]) - 1
+    count = int(of_run[-1]) + 1 if len(intervals) else 0
+    k = len(intervals) + count
+    at = np.arange(len(intervals)) + of_run
     sample, run = np.zeros(k, dtype=np.int64), np.zeros(k, dtype=np.int64)
-    sample[at], run[at], sample[at + 1], run[at + 1] = left, of_run, left + 1, of_run
+    sample[at], run[at], sample[at + 1], run[at + 1] = intervals, of_run, intervals + 1, of_run
     steps, travels, turns = np.full(max(k - 1, 0), GAP), np.zeros(max(k - 1, 0)), np.zeros(max(k - 1, 0))
-    steps[at], travels[at], turns[at] = step[left], travel[left], turn[left]
+    steps[at], travels[at], turns[at] = step[intervals], travel[intervals], turn[intervals]
     changes = np.zeros((max(k - 1, 0), len(moving)))
-    changes[at] = slides[left]
+    changes[at] = slides[intervals]
     s = np.concatenate([[0.0], np.cumsum(steps)])[:k]
     curve, limits = fit_spline(s, np.hstack([path.q, axes])[sample], run), limits_of(robot, list(moving.values()))
     kinds = tuple(joint.kind for joint in moving.values())

@@ -14,7 +14,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from postproc.arrays import Array, blocks
+from postproc.arrays import Array, blocks, distinct
 
 _STEPS = 8  # time steps per natural period
 _LEVELS = np.log(1.1)  # periods within 10 % share a window
@@ -41,12 +41,12 @@ def sustained(acceleration: Callable[[Array], Array], duration: float, t: Array,
     for block in blocks(len(t)):
         rows = np.arange(block.start, block.stop)
         reach = int(np.ceil(1.05 * period[rows].max() / step)) + 2  # a window is rounded up
-        near = np.unique(np.rint(t[rows] / step).astype(int)[:, None] + np.arange(-reach, reach + 1))
+        near = distinct(np.rint(t[rows] / step).astype(int)[:, None] + np.arange(-reach, reach + 1))
         even = np.asarray(near * step, dtype=float)
         inside = (even >= 0.0) & (even <= duration)
         a = np.zeros((len(even), columns))
         a[inside] = acceleration(even[inside])
-        for n in np.unique(level[rows]):
+        for n in distinct(level[rows]):
             size = max(1, int(np.ceil(np.exp(n * _LEVELS) / step)))
             opened = [_opening(part, size) for part in (np.maximum(a, 0.0), np.maximum(-a, 0.0))]
             chosen = rows[level[rows] == n]

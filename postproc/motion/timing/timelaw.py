@@ -121,8 +121,8 @@ def times_at(law: TimeLaw, run: Index, s: Array) -> Array:
     Found by Newton steps, with bisection where these leave the bracket. A run goes from standstill to standstill.
     """
     low, high = np.zeros(len(s)), law.duration[run]
-    whole = law.s[law.last][run]
-    t = high * np.clip(s / np.maximum(whole, 1e-300), 0.0, 1.0)
+    length = law.s[law.last][run]
+    t = high * np.clip(s / np.maximum(length, 1e-300), 0.0, 1.0)
     active = np.arange(len(s))
     for iteration in range(_ITERATIONS):
         if len(active) == 0:
@@ -138,6 +138,6 @@ def times_at(law: TimeLaw, run: Index, s: Array) -> Array:
         active = active[going]
         t[active] = next_t
     t[s <= 0.0] = 0.0
-    ended = s >= whole
+    ended = s >= length
     t[ended] = law.duration[run][ended]
     return t

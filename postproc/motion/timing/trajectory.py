@@ -69,8 +69,8 @@ def cut_legs(moves: tuple[Move, ...], size: Index, most: int = LONGEST_LEG) -> I
     begin, load = 0, 0
     for i in range(1, len(moves) + 1):
         load += int(size[i - 1])
-        rest = i == len(moves) or (load >= most and (moves[i].first or moves[i - 1].fine))
-        if not rest:
+        ends = i == len(moves) or (load >= most and (moves[i].first or moves[i - 1].fine))
+        if not ends:
             continue
         if begin == 0 or moves[begin].first:
             yield begin, moves[begin:i]
@@ -178,10 +178,10 @@ def _bridged(a: Array, blend: Flags, kept: Flags) -> Array:
     """
     if blend.all() or not blend.any():
         return a
-    outside = np.flatnonzero(~blend)
+    free = np.flatnonzero(~blend)
     inside = np.flatnonzero(blend)
-    at = np.searchsorted(outside, inside)
-    before, after = outside[np.maximum(at - 1, 0)], outside[np.minimum(at, len(outside) - 1)]
+    at = np.searchsorted(free, inside)
+    before, after = free[np.maximum(at - 1, 0)], free[np.minimum(at, len(free) - 1)]
     share = (inside - before) / np.maximum(after - before, 1)
     share = np.where(kept[before] == kept[after], share, kept[after])
     result = a.copy()

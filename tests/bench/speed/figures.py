@@ -139,7 +139,7 @@ def calls(sizes: Sizes) -> list[Figure]:
     work, profile = _converted(sizes.counted), cProfile.Profile()
     profile.runcall(work)
     count = pstats.Stats(profile).total_calls / sizes.counted  # type: ignore[attr-defined]
-    return [Figure(f"Python calls a target, at {sizes.counted:,}", "calls", (count,), 450)]
+    return [Figure(f"Python calls a target, at {sizes.counted:,}", "calls", (count,), 420)]
 
 
 def reading(sizes: Sizes) -> list[Figure]:
