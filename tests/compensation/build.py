@@ -56,12 +56,15 @@ def arm() -> Model:
     return default_model()
 
 
-def convert(text: str | bytes, model: Model | None = None, **options: Any) -> Conversion:
-    """The conversion under the force of the study; unless asked for without inertia, and with 0.01 mm on all motions."""
+def convert(text: str | bytes, model: Model | None = None, more: Sequence[Source] = (), **options: Any) -> Conversion:
+    """The conversion of a program and of further files under the force of the study.
+
+    Unless asked for it is without inertia, and with 0.01 mm on all motions.
+    """
     data = text.encode("latin-1") if isinstance(text, str) else text
     near = options.get("tolerance_m", 1e-5)
     chosen = Options(**{"force": FORCE, "inertia": False, "tolerance_m": near, "air_tolerance_m": near, **options})
-    return compensate_program(Source("m.mod", data), model or arm(), chosen)
+    return compensate_program([Source("m.mod", data), *more], model or arm(), chosen)
 
 
 def written(conversion: Conversion) -> str:
