@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
-from tests.compensation.build import convert, events, independent, lines_of, module, target, written
+from tests.build import convert, events, independent, lines_of, module, target, written
 from tests.worlds import functions, interpreter, values
 from tests.worlds.interpreter import Interpreter, load
 from tests.worlds.world import World

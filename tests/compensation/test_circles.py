@@ -11,7 +11,7 @@ from postproc.compensation.options import Options
 from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.motion.path.moves import read_moves
-from tests.compensation.build import FORCE, arm, convert, events, independent, module, outcome, target, written
+from tests.build import FORCE, arm, convert, events, independent, module, outcome, target, written
 
 RADIUS = 60.0
 

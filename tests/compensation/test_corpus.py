@@ -22,7 +22,7 @@ from postproc.compensation.conversion import Conversion
 from postproc.compensation.text.values import StatementOutcome
 from postproc.diagnostics import Diagnostic, Source
 from postproc.model.file import default_model
-from tests.compensation.build import FORCE, convert, independent, lines_of, module, target
+from tests.build import FORCE, convert, independent, lines_of, module, target
 from tests.corpus import Case, cases
 
 NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?:E[-+]?\d+)?")

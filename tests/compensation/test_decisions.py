@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from tests.compensation.build import (
+from tests.build import (
     convert,
     events,
     independent,

@@ -11,7 +11,7 @@ from postproc.compensation.conversion import Conversion
 from postproc.compensation.text.insertions import added_instruction
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.data.records import RobTarget
-from tests.compensation.build import (
+from tests.build import (
     body_of,
     convert,
     events,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from postproc.diagnostics import Source
-from tests.compensation.build import convert, module, target
+from tests.build import convert, module, target
 
 
 def test_a_lent_file_that_was_compensated_before_is_found_out() -> None:

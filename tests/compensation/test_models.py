@@ -24,7 +24,7 @@ from postproc.results.conversion import conversion_document
 from postproc.robot.cells.cell import Cell, CellArm
 from postproc.robot.cells.station import Station
 from postproc.robot.kinematics import jacobian
-from tests.compensation.build import arm, codes, convert, events, module, places, target, written
+from tests.build import arm, codes, convert, events, module, places, target, written
 
 TEXT = module(
     f"CONST robtarget p1:={target(1350, -500)};\nCONST robtarget p2:={target(1350, -100)};",

@@ -21,7 +21,7 @@ from postproc.model.arm import Model
 from postproc.motion.path.curves import build_curves
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.data.records import Pose
-from tests.compensation.build import arm, codes, convert, independent, module, target, written
+from tests.build import arm, codes, convert, independent, module, target, written
 from tests.motion.build import chain, line, pose
 
 TEXT = module(
@@ -73,7 +73,7 @@ INLINE = TEXT.replace("MoveL p2", f"MoveL {target(1350, -100)}").replace("MoveJ 
     ("text", "name", "right", "wrong"),
     [
         (TEXT, "path_point.j2", '{{ point.offset | mm | join(",") }}', '{{ point.offset | mm | join(",") }}+0.3'),
-        (TEXT, "line_point.j2", "+[x,y,z]", "+[x,y,z+0.3]"),
+        (TEXT, "line_point.j2", "b:=[x,y,z];", "b:=[x,y,z+0.3];"),
         (TEXT, "arc_point.j2", "b:=s.trans+", "b:=[0,0,0.3]+s.trans+"),
         (
             INLINE,
@@ -207,7 +207,7 @@ def test_a_program_too_long_to_be_followed_ends_where_it_ended_before() -> None:
     data = [*TEXT.splitlines()[8:10], f"CONST robtarget pV:={target(1300, -300)};"]
     idle = "\n".join(f"l{k}:" for k in range(2000))
     loop = f"FOR i FROM 1 TO 60 DO\n{idle}\nwork;\nENDFOR"
-    work = f"  PROC work()\n    MoveJ p1,v200,fine,tT;\n    MoveL p2,v50,fine,tT;\n    MoveC pV,p1,v50,fine,tT;\n  ENDPROC\n"
+    work = "  PROC work()\n    MoveJ p1,v200,fine,tT;\n    MoveL p2,v50,fine,tT;\n    MoveC pV,p1,v50,fine,tT;\n  ENDPROC\n"
     text = module("\n".join(line.strip() for line in data), f"MoveJ p1,v200,fine,tT;\n{loop}", work)
     found = convert(text, tolerance_m=5e-6)
     assert "RAP033" in codes(found) and "CMP004" not in codes(found)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from postproc.compensation.conversion import Conversion
 from postproc.results.conversion import conversion_document
-from tests.compensation.build import AXES, convert, module
+from tests.build import AXES, convert, module
 
 
 def target(x: str, y: str, z: str) -> str:

@@ -11,7 +11,7 @@ from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import default_model
 from postproc.robot.kinematics import forward
-from tests.compensation.build import AXES, target
+from tests.build import AXES, target
 
 A, B, C = target(1350, -500), target(1330, -470), target(1350, -420)
 

@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from postproc.compensation.correction.rigid_shift import fit_rigid
-from tests.compensation.build import convert, module, target, written
+from tests.build import convert, module, target, written
 
 PROGRAMS = Path(__file__).parents[1] / "worlds" / "programs"
 D, W = np.array([0.4e-3, -0.6e-3, 1.2e-3]), np.array([1e-3, -0.5e-3, 2e-3])

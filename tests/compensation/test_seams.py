@@ -46,10 +46,6 @@ def test_a_seam_is_corrected_in_part_where_that_is_asked_for() -> None:
     assert found.report["welds"][0]["left"] == 1
 
 
-
-
-
-
 def test_the_seam_is_told_by_its_lines() -> None:
     (seam,) = convert(HULL).report["welds"]
     lines = HULL.decode("latin-1").splitlines()

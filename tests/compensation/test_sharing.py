@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from postproc.compensation.text.laws import fit_affine
-from tests.compensation.build import convert, module, target
+from tests.build import convert, module, target
 
 A, B, C, D = target(1300, -500), target(1330, -470), target(1350, -430), target(1350, -330)
 

@@ -12,7 +12,7 @@ import pytest
 from postproc.compensation.correction.fewest_targets import Division, left_by_targets
 from postproc.compensation.options import TOLERANCE_M
 from postproc.model.file import default_model
-from tests.compensation.build import arm, convert, independent, module, target, written
+from tests.build import arm, convert, independent, module, target, written
 
 
 def seam(half: float) -> str:

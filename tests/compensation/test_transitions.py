@@ -11,7 +11,7 @@ import pytest
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.correction.curve import BEFORE_TARGET, FROM_START, commanded_curve
 from postproc.rapid.data.pose import quat_mult
-from tests.compensation.build import arm, codes, convert, events, independent, module, target, written
+from tests.build import arm, codes, convert, events, independent, module, target, written
 
 SEAM = "v100,sm,wd,{zone},tT"
 TEXT = module(

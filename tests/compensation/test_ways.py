@@ -11,7 +11,7 @@ from postproc import text as text_of
 from postproc.compensation.judgement.outcomes import SHARED
 from postproc.compensation.text.assignment import WAYS
 from postproc.effects.library.joints.backlash import Backlash
-from tests.compensation.build import (
+from tests.build import (
     AXES,
     FORCE,
     arm,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from postproc.effects.library.joints.backlash import Backlash
-from tests.compensation.build import arm, convert, module, target
+from tests.build import arm, convert, module, target
 
 TWICE = f"""MoveJ {target(1300, -500, 760)},v200,fine,tT;
 FOR i FROM 1 TO 3 DO
