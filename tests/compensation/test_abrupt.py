@@ -6,7 +6,7 @@ import numpy as np
 
 from postproc.effects.base import Displacement, Effect, param
 from postproc.effects.contract import State
-from tests.compensation.build import arm, convert, module, target
+from tests.build import arm, convert, module, target
 
 
 class LooseBolt(Effect, key="loose_bolt_of_a_test", reads=("q",)):

@@ -10,7 +10,7 @@ from postproc.compensation.choices import known_values
 from postproc.compensation.conversion import Conversion
 from postproc.diagnostics import Source
 from postproc.rapid.program.program import read_program
-from tests.compensation.build import AXES, FORCE, convert, module
+from tests.build import AXES, FORCE, convert, module
 from tests.independent import arm as A
 from tests.independent import inverse as I
 

@@ -13,7 +13,7 @@ from postproc.diagnostics import Source
 from postproc.model.arm import Model
 from postproc.model.file import parse_model
 from postproc.rapid.data.records import RobTarget
-from tests.compensation.build import arm, codes, convert, events, module, places, target, written
+from tests.build import arm, codes, convert, events, module, places, target, written
 
 TEXT = module(
     f"CONST robtarget p1:={target(1350, -500)};\nCONST robtarget p2:={target(1350, -100)};",

@@ -11,7 +11,7 @@ from postproc.diagnostics import Source
 from postproc.model.equilibrium import predict
 from postproc.rapid.execution.walk import walk
 from postproc.rapid.program.program import read_program
-from tests.compensation.build import FORCE, arm, module, target
+from tests.build import FORCE, arm, module, target
 
 PLACES = [(1200, -300), (1200, -100), (1200, 0), (1300, 100), (1300, 200)]
 

@@ -21,7 +21,7 @@ from postproc.model.arm import Model
 from postproc.motion.path.curves import build_curves
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.data.records import Pose
-from tests.compensation.build import arm, codes, convert, independent, module, target, written
+from tests.build import arm, codes, convert, independent, module, target, written
 from tests.motion.build import chain, line, pose
 
 TEXT = module(
@@ -73,7 +73,7 @@ INLINE = TEXT.replace("MoveL p2", f"MoveL {target(1350, -100)}").replace("MoveJ 
     ("text", "name", "right", "wrong"),
     [
         (TEXT, "path_point.j2", '{{ point.offset | mm | join(",") }}', '{{ point.offset | mm | join(",") }}+0.3'),
-        (TEXT, "line_point.j2", "b:=[x,y,z]", "b:=[x,y,z+0.3]"),
+        (TEXT, "line_point.j2", "b:=[x,y,z];", "b:=[x,y,z+0.3];"),
         (TEXT, "arc_point.j2", "b:=s.trans+", "b:=[0,0,0.3]+s.trans+"),
         (
             INLINE,
@@ -151,25 +151,6 @@ def test_a_program_read_back_in_parts_is_proved_like_one(monkeypatch: pytest.Mon
         assert parts.report[name] == whole.report[name]
 
 
-def test_a_routine_that_another_start_runs_again_goes_where_it_went_before() -> None:
-    """A loop to one place gets text that goes with its index: the runs by a routine that nobody calls are none anew."""
-    data = f"CONST robtarget p:={target(1350, -420)};\nCONST robtarget q{{2}}:=[{target(1350, -460)},{target(1300, -300)}];"
-    more = """  PROC work()
-    FOR i FROM 1 TO 2 DO
-      MoveL q{i},v100,fine,tT;
-      PDispSet [[0,0,30*i],[1,0,0,0]];
-      MoveL p,v100,fine,tT;
-      PDispOff;
-    ENDFOR
-  ENDPROC
-  PROC service()
-    work;
-  ENDPROC
-"""
-    found = convert(module(data, f"MoveJ {target(1350, -500)},v200,fine,tT;\nwork;", more))
-    assert found.exit_code == 0 and "MoveL Offs(" in written(found)
-
-
 def test_distance_from_lines_and_arcs() -> None:
     """A quarter circle of 100 mm radius, and the line that leads to it: distances by hand."""
     T = [pose(1.0, 0.0, 0.6), pose(1.0, 0.2, 0.6), pose(0.9, 0.3, 0.6)]
@@ -221,13 +202,12 @@ def test_the_corrected_motion_is_the_programmed_one_with_the_correction_added(sh
     assert speeds[1] == pytest.approx((1 + share) * speeds[0], rel=0.01)
 
 
-@pytest.mark.parametrize("arc", ["MoveL p1,v50,fine,tT;", "MoveC pV,p1,v50,fine,tT;"])
-def test_a_program_too_long_to_be_followed_ends_where_it_ended_before(arc: str) -> None:
+def test_a_program_too_long_to_be_followed_ends_where_it_ended_before() -> None:
     """What is added to it takes no steps, whether targets or the function that they call."""
     data = [*TEXT.splitlines()[8:10], f"CONST robtarget pV:={target(1300, -300)};"]
     idle = "\n".join(f"l{k}:" for k in range(2000))
     loop = f"FOR i FROM 1 TO 60 DO\n{idle}\nwork;\nENDFOR"
-    work = f"  PROC work()\n    MoveJ p1,v200,fine,tT;\n    MoveL p2,v50,fine,tT;\n    {arc}\n  ENDPROC\n"
+    work = "  PROC work()\n    MoveJ p1,v200,fine,tT;\n    MoveL p2,v50,fine,tT;\n    MoveC pV,p1,v50,fine,tT;\n  ENDPROC\n"
     text = module("\n".join(line.strip() for line in data), f"MoveJ p1,v200,fine,tT;\n{loop}", work)
     found = convert(text, tolerance_m=5e-6)
     assert "RAP033" in codes(found) and "CMP004" not in codes(found)

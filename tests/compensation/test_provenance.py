@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import pytest
-
 from postproc.compensation.conversion import Conversion
-from postproc.model.file import default_model
 from postproc.results.conversion import conversion_document
-from tests.compensation.build import AXES, convert, module
+from tests.build import AXES, convert, module
 
 
 def target(x: str, y: str, z: str) -> str:
@@ -24,39 +21,6 @@ def program(places: list[tuple[str, str, str]]) -> str:
 
 def warned(found: Conversion, code: str) -> list[str]:
     return [d.message for d in found.diagnostics if d.code == code and d.severity == "warning"]
-
-
-def test_targets_with_the_decimals_of_a_pendant_look_jogged() -> None:
-    """Zeros at the end are left out by a pendant."""
-    found = convert(program(JOGGED))
-    (said,) = [d for d in found.diagnostics if d.code == "CMP024"]
-    assert "`wT`" in said.message and "`--wobj-taught wT`" in said.help
-    assert said.source is not None and said.span is not None
-
-
-@pytest.mark.parametrize(
-    "places",
-    [
-        [*JOGGED, ("200.125", "0.5", "700.25")],  # a third decimal: computed
-        [*JOGGED, ("200", "0", "700")],  # whole millimetres: typed or drawn
-        JOGGED[:2],  # of two targets it may be chance
-    ],
-)
-def test_others_do_not(places: list[tuple[str, str, str]]) -> None:
-    assert warned(convert(program(places)), "CMP024") == []
-
-
-def test_who_says_that_it_was_taught_is_not_warned() -> None:
-    assert warned(convert(program(JOGGED), wobj_taught=("wT",)), "CMP024") == []
-    assert warned(convert(program(JOGGED), taught=("wT",)), "CMP024") == []
-
-
-@pytest.mark.parametrize(("arm", "many"), [("irb2600_12_165", True), ("irb4600_60_205", False)])
-def test_a_correction_that_may_not_help_is_said(arm: str, many: bool) -> None:
-    """Without any force the stiffness of a type without measurements leaves up to 108 % of the deflection."""
-    found = convert(program(JOGGED), default_model(arm), force=(0.0, 0.0, 0.0))
-    remaining = found.report["expected_remaining_fraction"]
-    assert (remaining is not None and remaining[1] >= 1.0) == many == bool(warned(found, "CMP027"))
 
 
 def test_a_motion_that_takes_hours_is_named() -> None:

@@ -9,7 +9,7 @@ from postproc import text as text_of
 from postproc.compensation.conversion import Conversion
 from postproc.diagnostics import Source
 from postproc.model.file import parse_model
-from tests.compensation.build import convert, module, target, written
+from tests.build import convert, module, target, written
 from tests.independent import arm as A
 from tests.independent import paths as P
 from tests.independent import rapid as R

@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from postproc.compensation.correction.rigid_shift import fit_rigid
-from tests.compensation.build import convert, module, target, written
+from tests.build import convert, module, target, written
 
 PROGRAMS = Path(__file__).parents[1] / "worlds" / "programs"
 D, W = np.array([0.4e-3, -0.6e-3, 1.2e-3]), np.array([1e-3, -0.5e-3, 2e-3])
@@ -105,27 +105,6 @@ def test_a_work_object_is_named_by_its_data_where_a_routine_has_got_it() -> None
 """
     rows = convert(module("", body, seam)).report["rigid_shift"]
     assert [row["wobj"] for row in rows] == ["wT"]
-
-
-def test_a_name_that_the_program_does_not_use_is_said() -> None:
-    done = convert(BRACKET, wobj_taught=("wX",))
-    assert [d.severity for d in done.diagnostics if d.code == "CMP026"] == ["warning"]
-    assert done.output == convert(BRACKET).output
-
-
-def test_a_line_from_another_work_object_leads_to_the_moved_target() -> None:
-    """The start is where its own work object puts it: nothing jumps between them."""
-    text = module(
-        'PERS wobjdata wA:=[FALSE,TRUE,"",[[1000,-300,500],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];',
-        f"""MoveL {target(-60, 0)},v200,fine,tT\\WObj:=wA;
-        MoveL {target(0, 0)},v200,fine,tT\\WObj:=wT;
-        MoveL {target(150, 0)},v200,fine,tT\\WObj:=wT;
-        MoveC {target(180, 40)},{target(150, 90)},v200,fine,tT\\WObj:=wT;
-        MoveL {target(0, 120)},v200,fine,tT\\WObj:=wA;""",
-    )
-    done = convert(text, wobj_taught=("wT",))
-    assert done.report["max_error_after_mm"] < 0.01
-    assert not [d for d in done.diagnostics if d.code in ("CMP006", "CMP007", "CMP008", "CMP013")]
 
 
 @pytest.mark.parametrize("name", ["drill_row", "conveyor_shift", "both_ends_follow"])

@@ -46,37 +46,6 @@ def test_a_seam_is_corrected_in_part_where_that_is_asked_for() -> None:
     assert found.report["welds"][0]["left"] == 1
 
 
-SEAMS = """MODULE Two
-  PERS tooldata tT:=[TRUE,[[0,0,350],[1,0,0,0]],[5,[0,0,120],[1,0,0,0],0,0,0]];
-  PERS seamdata sm:=[0.3,0.2,[0,0,24,8,0,0,0,0,0],0,0,0,0,0,[0,0,0,0,0,0,0,0,0],0,0.3,[0,0,22,6.5,0,0,0,0,0],0,0,[0,0,0,0,0,0,0,0,0],0.5];
-  PERS welddata wd:=[9,0,[0,0,26,9,0,0,0,0,0],[0,0,0,0,0,0,0,0,0]];
-  CONST robtarget pMeet:=[[1300,-430,700],[0.300294,-0.015738,0.95241,0.049914],[-1,0,-1,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
-  CONST robtarget pOne:=[[1300,-500,700],[0.300294,-0.015738,0.95241,0.049914],[-1,0,-1,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
-  CONST robtarget pTwo:=[[1300,-330,700],[0.300294,-0.015738,0.95241,0.049914],[-1,0,-1,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
-  PROC main()
-    MoveJ Offs(pOne,0,0,60),v300,z5,tT;
-    ArcLStart pOne,v100,sm,wd,fine,tT;
-    ArcL pTypo,v100,sm,wd,z1,tT;
-    ArcLEnd pMeet,v100,sm,wd,fine,tT;
-    MoveL Offs(pMeet,0,0,60),v300,z5,tT;
-    ArcLStart pMeet,v100,sm,wd,fine,tT;
-    ArcLEnd pTwo,v100,sm,wd,fine,tT;
-  ENDPROC
-ENDMODULE
-"""
-
-
-def test_a_target_of_two_seams_of_which_one_stays_is_displaced_in_the_other() -> None:
-    """The seam that stays keeps its number; the other one is as exact as if it had a target of its own."""
-    found = convert(SEAMS.encode())
-    written = (found.output or b"").decode()
-    assert [o.status for o in found.outcomes] == [*["compensated"], *["skipped"] * 3, *["compensated"] * 3]
-    assert "ArcLStart pOne," in written and "ArcLEnd pMeet," in written and "ArcLStart Offs(pMeet," in written
-    (stays, corrected) = found.report["welds"]
-    assert stays["left"] == 3 and corrected["left"] == 0
-    assert corrected["before_mm"] > 1.0 and corrected["after_mm"] < 0.1
-
-
 def test_the_seam_is_told_by_its_lines() -> None:
     (seam,) = convert(HULL).report["welds"]
     lines = HULL.decode("latin-1").splitlines()

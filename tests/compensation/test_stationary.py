@@ -15,7 +15,7 @@ from postproc.compensation.conversion import Conversion
 from postproc.compensation.inspection import inspect_program
 from postproc.diagnostics import Source
 from postproc.effects.library.frames.tool_frame import ToolFrame
-from tests.compensation.build import DATA, arm, codes, convert, events, independent, places, timed, written
+from tests.build import DATA, arm, codes, convert, events, independent, places, timed, written
 from tests.independent import arm as A
 from tests.independent import inverse as I
 from tests.independent.arm import ARMS

@@ -10,9 +10,8 @@ import pytest
 
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.correction.curve import BEFORE_TARGET, FROM_START, commanded_curve
-from postproc.compensation.judgement.outcomes import SHARED
 from postproc.rapid.data.pose import quat_mult
-from tests.compensation.build import arm, codes, convert, events, independent, module, target, written
+from tests.build import arm, codes, convert, events, independent, module, target, written
 
 SEAM = "v100,sm,wd,{zone},tT"
 TEXT = module(
@@ -98,20 +97,6 @@ def test_a_correction_without_steps_passes_unchanged() -> None:
     assert np.abs(curve - plan.exact.T_work_tcp).max() <= 1e-9
 
 
-def test_another_tool_makes_one_transition_on_the_move_in_the_air() -> None:
-    """The tool is changed at a stop; the target before it belongs to the tool that was used to reach it."""
-    text = module(
-        "",
-        f"MoveJ {target(1350, -500)},v200,fine,tT;\nMoveL {target(1350, -400)},v50,fine,tT;\n"
-        f"MoveL {target(1250, -400, 800)},v200,fine,tLong;\nMoveL {target(1250, -200, 800)},v50,fine,tLong;",
-    )
-    found = convert(text)
-    assert found.exit_code == 0
-    report = independent(text, found)
-    assert report.goal_after <= 0.002
-    assert report.segments[1].after <= 0.01 and report.segments[3].after <= 0.01
-
-
 @pytest.mark.parametrize("force", [(0.0, 0.0, 0.0), (300.0, 0.0, -100.0)])
 def test_the_force_acts_on_the_arc_alone(force: tuple[float, float, float]) -> None:
     """Targets beside the arc are those of a conversion without any force, targets of the seam those with it."""
@@ -175,16 +160,6 @@ def test_a_corner_that_ends_the_seam_without_a_stop() -> None:
     assert max(s.after for s in independent(text, found).segments if s.welding) <= 0.01
 
 
-def test_a_slow_line_does_not_carry_how_the_arm_slowed_down_before_it() -> None:
-    """At a fly-by target the arm brakes from 1 m/s: the line behind it runs at constant speed outside the zone."""
-    body = f"""MoveAbsJ [[20,-30,20,0,60,0],[9E9,9E9,9E9,9E9,9E9,9E9]],vmax,fine,tT;
-MoveJ {target(1250, -300, 850)},v2000,z50,tT;
-MoveL {target(1250, -300, 745)},v50,fine,tT;"""
-    found = convert(module("", body), inertia=True)
-    assert found.report["max_error_before_mm"] > 1.0
-    assert found.report["max_error_after_mm"] < 0.01
-
-
 def test_a_turn_in_place_is_corrected_for_the_weights_alone() -> None:
     """The wrist turns as fast as it can; the torch must not be sent aside and back for the tenths of a second it takes."""
     there = target(1350, -300)
@@ -196,22 +171,3 @@ def test_a_turn_in_place_is_corrected_for_the_weights_alone() -> None:
     )
     added = {on: convert(text, inertia=on, force=(0.0, 0.0, 0.0)).report["added_targets"] for on in (False, True)}
     assert added[True] == added[False] <= 2
-
-
-def test_a_jump_of_the_load_stays_one_where_runs_share_their_targets() -> None:
-    """What the arc's force makes of a routine on displaced work is a transition; no run of it asks for another target."""
-    names = {"a": (50, 0, 760), "b": (50, 0), "c": (150, 40), "d": (300, 60), "e": (300, 60, 780)}
-    data = "".join(f"CONST robtarget {name}:={target(*place)};\n" for name, place in names.items())
-    obj = "tT\\WObj:=wT"
-    seam = (
-        f"  PROC seam()\nMoveJ a,v100,z5,{obj};\nArcLStart b,v100,sm,wd,fine,{obj};\nArcL c,v100,sm,wd,z1,{obj};\n"
-        f"ArcLEnd d,v100,sm,wd,fine,{obj};\nMoveL e,v100,z5,{obj};\nENDPROC\n"
-    )
-    body = "seam;\nPDispSet [[0,40,60],[1,0,0,0]];\nseam;\nPDispOff;"
-    found = convert(module(data, body, seam), force_on="arc")
-    assert [o.reason for o in found.outcomes] == [None] * 5
-    assert "C_PROGDISP.pdisp.trans" in written(found)
-    assert found.report["max_transition_mm"] > 1.0
-    told = {d.span: d for d in found.diagnostics if d.code == "CMP007"}
-    assert {found.outcomes[1].statement.span, found.outcomes[4].statement.span} <= told.keys()
-    assert not any(d.help == SHARED for d in found.diagnostics if d.code == "CMP006")

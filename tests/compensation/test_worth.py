@@ -5,25 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from postproc.compensation.options import Options
-from postproc.convert import compensate_program
-from postproc.diagnostics import Source
 from postproc.effects.library.joints.backlash import Backlash
-from postproc.model.file import default_model
-from tests.compensation.build import arm, convert, module, target
-
-PROGRAM = """MODULE Pick
-  PERS tooldata tT:=[TRUE,[[0,0,300],[1,0,0,0]],[5,[0,0,150],[1,0,0,0],0,0,0]];
-  CONST robtarget pA:=[[1500,100,900],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
-  CONST jointtarget jHome:=[[0,10,10,0,60,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
-  PROC main()
-    MoveAbsJ jHome,v1000,fine,tT;
-    MoveL pA,v100,fine,tT;
-    MoveAbsJ jHome,v1000,fine,tT;
-  ENDPROC
-ENDMODULE
-"""
-
+from tests.build import arm, convert, module, target
 
 TWICE = f"""MoveJ {target(1300, -500, 760)},v200,fine,tT;
 FOR i FROM 1 TO 3 DO
@@ -50,11 +33,3 @@ def test_what_is_changed_loses_at_least_half_of_its_error(soft: float) -> None:
     before, after = judged.before.goal_distance, judged.after.goal_distance
     assert sum(changed) > 3
     assert (after <= np.maximum(0.55 * before, 1e-5))[changed].all()
-
-
-def test_a_joint_target_is_not_among_what_is_left_without_a_finding() -> None:
-    found = compensate_program(
-        Source("pick.mod", PROGRAM.encode()), default_model("irb4600_60_205"), Options(force=(0.0, 300.0, 0.0))
-    )
-    skipped = [o for o in found.outcomes if o.status == "skipped"]
-    assert len(skipped) == sum(d.code == "CMP005" for d in found.diagnostics) == 0

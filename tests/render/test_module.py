@@ -11,7 +11,7 @@ from postproc.compensation.options import Options
 from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.rapid.program.program import read_program
-from tests.compensation.build import DATA, arm, codes, convert, module, target, written
+from tests.build import DATA, arm, codes, convert, module, target, written
 
 PLAIN = module(
     f"CONST robtarget p1:={target(1350, -500)};",

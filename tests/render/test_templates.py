@@ -9,7 +9,7 @@ import pytest
 from postproc.diagnostics import PostprocError, Source
 from postproc.rapid.program.program import read_program
 from postproc.render.templates import environment
-from tests.compensation.build import body_of, convert, module, target, written
+from tests.build import body_of, convert, module, target, written
 
 TEXT = module(
     "",
