@@ -277,11 +277,13 @@ def pages(sizes: Sizes, n: int) -> list[Figure]:
 def batches(sizes: Sizes) -> list[Figure]:
     """Two workers beside one on many small programs, by the clock."""
     from tests.batch.folders import programs
-    from tests.batch.killing import finish, start
+    from tests.batch.killing import start
 
     def timed(source: Path, out: Path, workers: int) -> float:
         begin = time.perf_counter()
-        finish(start(source, out, "--workers", str(workers)))
+        run = start(source, out, "--workers", str(workers))
+        _, printed = run.communicate(timeout=600)
+        assert run.returncode == 0, printed.decode()[-2000:]
         return time.perf_counter() - begin
 
     ratios = []
