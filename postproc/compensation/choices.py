@@ -29,7 +29,7 @@ from postproc.rapid.data.values import Data
 from postproc.rapid.execution.walk import walk
 from postproc.rapid.motions.recorder import reached
 from postproc.rapid.program.program import Program, statements_of
-from postproc.rapid.program.write_effects import write_effects
+from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.nodes import Declaration
 from postproc.robot.cells.station import Station
 
@@ -147,7 +147,7 @@ def _other_goals(
     """Goals of corrected statements that are not followed with the values in the file, each once."""
     if not any(_open(d) for d in program.declarations):
         return []
-    values = known_values(program, write_effects(program).may_be_written)
+    values = known_values(program, WriteEffects(program).may_be_written)
     corrected = plan.places.keys() - plan.uncorrected.keys()
     known = {reached(event) for event in events}
     options, station = plan.motion.options, model.station or Station()

@@ -32,7 +32,7 @@ from postproc.rapid.data.pose import add, quat_mult
 from postproc.rapid.data.records import Pose, RobTarget
 from postproc.rapid.motions.units import object_matrices
 from postproc.rapid.program.program import Program
-from postproc.rapid.program.write_effects import write_effects
+from postproc.rapid.program.write_effects import WriteEffects
 from postproc.robot.pose import pose_error
 
 EXACT_MM = 1e-4  # a target that is written nearer than that is written as it is wanted
@@ -49,7 +49,7 @@ class Writer:
 
     def __init__(self, program: Program, events: Sequence[MotionEvent], motion: Motion) -> None:
         self.program, self.events, self.motion = program, events, motion
-        self.effects = changes = write_effects(program)
+        self.effects = changes = WriteEffects(program)
         self.users = target_users(program)
         self.written = changes.may_be_written | changes.shared  # one value serves the arms of all tasks
         self.runs = possible_runs(events, {move.row for move in motion.moves})

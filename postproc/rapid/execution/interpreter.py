@@ -20,7 +20,7 @@ from postproc.rapid.program.instructions import COUNTING, KNOWN_INSTRUCTIONS, MO
 from postproc.rapid.program.late_binding import BY_NAME, LATE, LateCall, late_call
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.statement_effects import NO_EFFECT, StatementEffect
-from postproc.rapid.program.write_effects import write_effects
+from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.nodes import Routine, Statement
 from postproc.rapid.syntax.trees import Call
 from postproc.rapid.unknown import Assumed, Kind, Unknown, without_causes
@@ -66,7 +66,7 @@ class Interpreter(ABC):
         """Set up the run of a program, with nothing executed yet; ``added`` was written into it."""
         self.program = program
         self.added = added or AddedMotions()
-        self.changes = write_effects(program)
+        self.changes = WriteEffects(program)
         self.constants = DeclaredValues(program)
         self.data = Accessor()
         self.followed: set[StatementKey] = set()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence, Set
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 from postproc.diagnostics import Span
 from postproc.rapid.program.from_the_arm import FromTheArm
@@ -173,12 +173,6 @@ class WriteEffects:
             for parameter, name in passed:
                 if "%" + parameter in keys and (key := self.direct.key_of(name, routine)) is not None:
                     changed.add(key)
-
-
-@lru_cache(maxsize=2)
-def write_effects(program: Program) -> WriteEffects:
-    """What the routines of a program may change, worked out once for the original and once for the written program."""
-    return WriteEffects(program)
 
 
 def _goes_on(body: Sequence[Statement], routine: Routine) -> bool:
