@@ -150,6 +150,7 @@ class Planner:
         least = self.motion.options.tolerance_m / 2
         transitions += find_reversals(self.model, self.samples, curve, time, least)
         relaxed = goals.relaxed | vias.relaxed
+        refused, divisible = added.refused, self.divisible  # the plan keeps these alive, not the planner
         return CorrectionPlan(
             motion=self.motion,
             exact=written,
@@ -162,7 +163,7 @@ class Planner:
             insertions=tuple(added.insertions),
             shares=added.shares,
             transitions=tuple(transitions),
-            why_undivided=lambda i: added.refused.get(i) or self.divisible.why_not(i),
+            why_undivided=lambda i: refused.get(i) or divisible.why_not(i),
             path_tolerance=self.tolerance,
             division_tolerance=self.division.tolerance,
             expected_m=self.expected_m,
