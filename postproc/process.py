@@ -80,8 +80,14 @@ def spare_scipy() -> None:
     vars(numpy).update(dict.fromkeys(absent))
     try:
         for module, name in (("_rotation", "Rotation"), ("_rigid_transform", "RigidTransform")):
-            found = getattr(import_module(f"scipy.spatial.transform.{module}"), name)
-            vars(sys.modules["scipy.spatial.transform"]).setdefault(name, found)
+            value = getattr(import_module(f"scipy.spatial.transform.{module}"), name)
+            vars(sys.modules["scipy.spatial.transform"]).setdefault(name, value)
+    except ImportError:  # other versions of scipy have other modules: they are loaded in full when they are asked for
+        for name in SPARED_OF_SCIPY:
+            if type(sys.modules[name]) is _LatePackage:
+                parent, _, child = name.rpartition(".")
+                del sys.modules[name]
+                vars(sys.modules.get(parent, sys.modules["scipy"])).pop(child, None)
     finally:
         for name in absent:
             if vars(numpy)[name] is None:

@@ -28,6 +28,23 @@ assert Rotation is scipy.spatial.transform.Rotation
 assert "solve" in dir(scipy.linalg) and scipy.constants.g == 9.80665
 assert KDTree([[0.0, 0], [1, 1]]).query([0.9, 1])[1] == 1
 """
+ANOTHER_SCIPY = """
+import postproc.process as process
+
+def without_rigid_transforms(name):
+    if name.endswith("_rigid_transform"):
+        raise ImportError(name)
+    return __import__("importlib").import_module(name)
+
+process.import_module = without_rigid_transforms
+process.spare_scipy()
+import postproc.convert
+import scipy
+from scipy.spatial import KDTree
+from scipy.spatial.transform import Rotation, RotationSpline
+assert scipy.linalg.solve([[2.0]], [4.0]) == [2.0] and scipy.constants.g == 9.80665
+assert Rotation.identity().magnitude() == 0 and KDTree([[0.0, 0], [1, 1]]).query([0.9, 1])[1] == 1
+"""
 PLOTTING = """
 import sys
 import postproc.convert, postproc.motion.timing.constraints
@@ -43,7 +60,7 @@ assert toppra.SimplePath(numpy.arange(2.0), numpy.ones((2, 1))).dof == 1
 """
 
 
-@pytest.mark.parametrize("program", [LOADING, PLOTTING])
+@pytest.mark.parametrize("program", [LOADING, ANOTHER_SCIPY, PLOTTING])
 def test_what_is_put_off_comes_when_it_is_asked_for(program: str) -> None:
     subprocess.run([sys.executable, "-c", program], check=True)
 

@@ -271,8 +271,5 @@ def test_speeds_are_those_of_toppra_alone(monkeypatch: pytest.MonkeyPatch) -> No
         assert blocked is None and runs.count > 1 and (np.diff(grid.run) > 0).any()
         with monkeypatch.context() as whole:
             whole.setattr(module, "_MOST", 10**6)
-            whole.setattr(
-                constraints.TOPPRA, "path_speeds", lambda s, *ends: plain.compute_parameterization(s, *ends)[1]
-            )
-            whole.setattr(constraints.TOPPRA, "compute_controllable_sets", plain.compute_controllable_sets)
+            whole.setattr(constraints, "TOPPRA", lambda may_stop, *words, **named: plain(*words, **named))
             assert np.allclose(fastest(robot, runs, grid, gravity)[0], apart, rtol=2e-5, atol=2e-5)

@@ -22,7 +22,6 @@ with putting_off("matplotlib", "matplotlib.pyplot", "scipy.interpolate", "scipy.
 __all__ = ["TOPPRA", "GridPath", "JointLimits", "JointVelocityConstraint", "SpeedBounds"]
 
 logging.getLogger("toppra").setLevel(logging.ERROR)
-_UNCONTROLLABLE, _TINY, _TRIES = 1e-5, 1e-8, 10  # toppra's own, for squared speeds in the units of its path
 FIRST, NEARLY = -1e-9, (-1e-6, 1e-3, -1e-3)  # weights of the path acceleration beside that of the squared speed
 
 
@@ -80,37 +79,15 @@ class TOPPRA(_Toppra):  # type: ignore[misc]
                 break
         return square
 
-    def path_speeds(self, start: float, end: float) -> Array:
-        """Fastest path speeds (g,) from ``start`` to ``end``, as ``compute_parameterization`` finds them.
+    def _forward_step(self, i: int, x: float, K_next: Array) -> Array:
+        """Optimum (u, x) at grid point i: the path acceleration u that leads fastest on from the squared speed x.
 
-        NaN at the points from which, or to which, nothing leads on.
+        Args:
+            K_next: (2,) range of the squared speed at the next grid point.
         """
-        K = self.compute_controllable_sets(end, end)
-        x = start**2
-        if np.isnan(K).any() or x + _UNCONTROLLABLE < K[0, 0] or K[0, 1] + _UNCONTROLLABLE < x:
-            lost = np.isnan(K.sum(axis=1))
-            lost[0] = True
-            return np.where(lost, np.nan, 0.0)
-        squares, tries = np.full(self._N + 1, np.nan), 0
-        reachable = K.tolist()
-        self.solver_wrapper.setup_solver()
-        for i, (low, high) in enumerate(reachable[1:]):
-            squares[i] = x
-            self.objective[:2] = self.double_steps[i], -1.0
-            # The path acceleration that leads fastest on; where rounding hides it, a slightly lower speed may show it.
-            while (u := self.solver_wrapper.solve_stagewise_optim(i, None, self.objective, x, x, low, high)[0]) != u:
-                if tries == _TRIES:
-                    break
-                squares[i] = x = max(x - _TINY, 0.999 * x)
-                tries += 1
-            if u != u:
-                break
-            ahead, tries = x - self.double_steps[i] * u, 0
-            x = min(high, max(low, ahead - _TINY, 0.9999 * ahead))
-        else:
-            squares[self._N] = x
-        self.solver_wrapper.close_solver()
-        return np.sqrt(squares)
+        self.objective[:2] = self.double_steps[i], -1.0
+        optimum: Array = self.solver_wrapper.solve_stagewise_optim(i, None, self.objective, x, x, *K_next)
+        return optimum
 
 
 class GridPath(AbstractGeometricPath):  # type: ignore[misc]

@@ -199,11 +199,11 @@ def _of_part(robot: Robot, runs: Runs, grid: Grid, gravity: Array) -> tuple[Arra
         limits = [*fixed, JointLimits(eased, share * runs.limits.acceleration, dof)]
         solver = TOPPRA(may_stop, limits, on_grid, gridpoints=grid.s / UNIT, solver_wrapper="seidel",
                         parametrizer="ParametrizeConstAccel")  # fmt: skip
-        speed = solver.path_speeds(*ends.tolist())
-        unknown = np.flatnonzero(np.isnan(speed))
-        if not len(unknown):
+        _, speed, _, controllable = solver.compute_parameterization(*ends, return_data=True)
+        if speed is not None and not np.isnan(speed).any():
             return np.where(grid.cap > 0, speed * UNIT, 0.0), None
-        blocked = int(unknown[-1])
+        unknown = np.isnan(controllable if speed is None else speed[:, None]).any(axis=1)
+        blocked = int(np.flatnonzero(unknown)[-1]) if unknown.any() else 0
     return np.zeros(len(grid.s)), blocked
 
 

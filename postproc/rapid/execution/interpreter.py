@@ -90,13 +90,13 @@ class Interpreter(ABC):
     def turns(self, loop: Statement, memory: Memory) -> bool:
         """Run all turns of a FOR loop; True if its end is reached, False if its body is left."""
 
+    @abstractmethod
     def while_loop(self, loop: Statement, memory: Memory) -> bool:
         """Run a WHILE loop; True if its end is reached, False if its body is left or it never ends."""
-        raise NotImplementedError
 
+    @abstractmethod
     def jump(self, statement: Statement, memory: Memory) -> bool:
         """Run a GOTO or a label; True if the statement behind it in the text is run next."""
-        raise NotImplementedError
 
     # -- statements ----------------------------------------------------------------------------------------------------
 

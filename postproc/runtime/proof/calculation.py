@@ -128,9 +128,25 @@ class Calculation(Interpreter):
         """
         self.taken += 1
         self.values.place = statement.span
-        if statement.kind not in ("assign", "if", "for", "return", "call"):
+        if statement.kind not in ("assign", "if", "for", "while", "goto", "label", "return", "call"):
             raise _cannot(memory, statement.span, "this statement is not calculated here")
         return super().statement(statement, memory)
+
+    def while_loop(self, loop: Statement, memory: Memory) -> bool:
+        """Refuse a WHILE loop: how often it turns is not bounded.
+
+        Raises:
+            PostprocError: RUN003.
+        """
+        raise _cannot(memory, loop.span, "this statement is not calculated here")
+
+    def jump(self, statement: Statement, memory: Memory) -> bool:
+        """Refuse GOTO and labels.
+
+        Raises:
+            PostprocError: RUN003.
+        """
+        raise _cannot(memory, statement.span, "this statement is not calculated here")
 
     def call(self, statement: Statement, memory: Memory) -> None:
         """Run a procedure call; those that only write to the operator do nothing.
