@@ -52,28 +52,6 @@ Retarget = Callable[[Sequence[MotionEvent], Set[int]], Sequence[MotionEvent]]
 """Of a written program's events and the indices of some of them: all events, these with the targets the arm gets."""
 
 
-def compensate_program(
-    source: Source | Sequence[Source],
-    model: Model,
-    options: Options,
-    watch: Watch = unwatched,
-    findings: Sequence[Diagnostic] = (),
-) -> Conversion:
-    """Correct the program of one task by numbers so that the real arm follows its programmed paths.
-
-    Args:
-        source: one file, or all files of a task; each of them that is not read only may change.
-        model: the real arm.
-        watch: is called with the name of each step and the share of the work done so far.
-        findings: on how its files were read; they come before those of the conversion.
-    """
-    return converted(
-        source,
-        lambda files: prove_numbers(correct_by_numbers(follow_program(files, model, options, watch), watch), watch),
-        findings,
-    )
-
-
 def converted(
     source: Source | Sequence[Source],
     convert: Callable[[Sequence[Source]], Conversion],

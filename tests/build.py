@@ -13,7 +13,6 @@ import pytest
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
 from postproc.compensation.text.values import StatementOutcome
-from postproc.convert import compensate_program
 from postproc.diagnostics import Diagnostic, PostprocError, Source
 from postproc.model.arm import Model
 from postproc.model.file import default_model
@@ -24,6 +23,7 @@ from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.data.records import RobTarget
 from postproc.rapid.execution.walk import walk
 from postproc.rapid.program.program import read_program
+from postproc.runtime.passes import correct_program
 from tests.independent.arm import ARMS
 from tests.independent.verify import Report, check
 
@@ -65,7 +65,7 @@ def convert(text: str | bytes, model: Model | None = None, more: Sequence[Source
     data = text.encode("latin-1") if isinstance(text, str) else text
     near = options.get("tolerance_m", 1e-5)
     chosen = Options(**{"force": FORCE, "inertia": False, "tolerance_m": near, "air_tolerance_m": near, **options})
-    return compensate_program([Source("m.mod", data), *more], model or arm(), chosen)
+    return correct_program([Source("m.mod", data), *more], model or arm(), chosen)
 
 
 def written(conversion: Conversion) -> str:

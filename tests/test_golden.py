@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 
 from postproc.compensation.options import TOLERANCE_M, Options
-from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import default_model
 from postproc.rapid.diff.compare import compare_programs
 from postproc.rapid.program.program import read_program
+from postproc.runtime.passes import correct_program
 
 ROOT = Path(__file__).resolve().parent.parent
 STUDY_M = 1e-5  # the tolerance of the hull-welding study
@@ -27,7 +27,7 @@ SAME_MM = 0.005  # well below what compensation is for, well above rounding of p
 def convert(sample: str, robot: str, tolerance_m: float) -> bytes:
     source = Source(sample, (ROOT / "samples" / sample).read_bytes())
     options = Options(tolerance_m=tolerance_m, force=(200.0, -200.0, -200.0), inertia=False)
-    output = compensate_program(source, default_model(robot), options).output
+    output = correct_program(source, default_model(robot), options).output
     assert output is not None
     return output
 

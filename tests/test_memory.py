@@ -15,11 +15,11 @@ from postproc import arrays
 whole = arrays.blocks
 arrays.blocks = lambda n, size=0: whole(n, (size or arrays.BLOCK) // 10)  # so that a short program has many of them
 from postproc.compensation.options import Options
-from postproc.convert import compensate_program
+from postproc.runtime.passes import correct_program
 from postproc.diagnostics import Source
 from postproc.model.file import default_model
 from tests.bench.programs import program
-done = compensate_program(Source("long.mod", program(int(sys.argv[1]))), default_model(), Options())
+done = correct_program(Source("long.mod", program(int(sys.argv[1]))), default_model(), Options())
 assert done.exit_code == 0, done.diagnostics
 print(round(1048576 * peak_mb()))
 """

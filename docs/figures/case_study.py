@@ -16,11 +16,12 @@ matplotlib.use("svg")
 import matplotlib.pyplot as plt
 import numpy as np
 
+from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
-from postproc.convert import Conversion, compensate_program
 from postproc.diagnostics import Source
 from postproc.model.equilibrium import predict
 from postproc.model.file import default_model
+from postproc.runtime.passes import correct_program
 
 HERE = Path(__file__).resolve().parent
 SAMPLE = HERE.parent.parent / "samples" / "paper_case.mod"
@@ -34,7 +35,7 @@ def arc_length(points: np.ndarray) -> np.ndarray:
 
 def draw(name: str) -> None:
     model = default_model(name)
-    result: Conversion = compensate_program(Source(SAMPLE.name, SAMPLE.read_bytes()), model, OPTIONS)
+    result: Conversion = correct_program(Source(SAMPLE.name, SAMPLE.read_bytes()), model, OPTIONS)
     assert result.judged is not None and result.plan is not None and result.judged.after is not None
     motion = result.plan.motion
     timeline, samples = motion.timeline, motion.samples

@@ -11,7 +11,6 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.compensation.options import Options
-from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
@@ -20,6 +19,7 @@ from postproc.motion.path.moves import read_moves
 from postproc.motion.path.samples import sample_path
 from postproc.rapid.execution.walk import walk
 from postproc.rapid.program.program import read_program
+from postproc.runtime.passes import correct_program
 
 ROOT = Path(__file__).resolve().parents[2]
 FORCE = (200.0, -200.0, -200.0)  # [N]
@@ -71,7 +71,7 @@ def label(x: float, y: float, text: str, color: str = "#333", anchor: str = "sta
 def draw() -> str:
     source = Source("samples/hull_seam.mod", (ROOT / "samples" / "hull_seam.mod").read_bytes())
     model = default_model()
-    result = compensate_program(source, model, Options(force=FORCE, inertia=False))
+    result = correct_program(source, model, Options(force=FORCE, inertia=False))
     assert result.output is not None
     programmed, before = weld(model, source.data)
     _, after = weld(model, result.output)

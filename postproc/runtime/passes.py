@@ -23,7 +23,7 @@ def correct_program(
 ) -> Conversion:
     """Correct the program of one task so that the real arm follows its programmed paths.
 
-    Without ``options.run_time`` that is `compensate_program`, and RUN007 says what a function could correct.
+    Without ``options.run_time`` numbers alone correct it, and RUN007 says what a function could correct.
 
     Args:
         source: one file, or all files of a task; each of them that is not read only may change.

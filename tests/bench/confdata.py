@@ -156,9 +156,9 @@ def convert(case: Case) -> str | None:
 def converted(case: Case) -> tuple[str | None, list[tuple[str, str]]]:
     """The corrected program, None where nothing was written, and code and message of each error."""
     from postproc.compensation.options import Options
-    from postproc.convert import compensate_program
     from postproc.diagnostics import Source
     from postproc.model.file import parse_model
+    from postproc.runtime.passes import correct_program
 
     compliance = ",".join(f"{c:.12g}" for c in A.TABLE_2)
     # Keys of the file before its tables: a mounting stands among the axes.
@@ -168,7 +168,7 @@ def converted(case: Case) -> tuple[str | None, list[tuple[str, str]]]:
     )
     arm = parse_model(Source("m.toml", model.encode()))
     options = Options(force=FORCE, inertia=False, tolerance_m=1e-5)
-    result = compensate_program(Source("p.mod", case.text.encode()), arm, options)
+    result = correct_program(Source("p.mod", case.text.encode()), arm, options)
     errors = [(d.code, d.message) for d in result.diagnostics if d.severity == "error"]
     return None if result.output is None else result.output.decode(), errors
 

@@ -9,8 +9,8 @@ import pytest
 
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
-from postproc.convert import compensate_program
 from postproc.diagnostics import Source
+from postproc.runtime.passes import correct_program
 from postproc.settings import Settings
 from postproc.tasks.discover import discover, task_around
 from postproc.tasks.task import with_arm
@@ -73,7 +73,7 @@ def converted(root: Path, text: str) -> Conversion:
     alone = with_arm(Settings(), task_around(root / "RAPID/TASK1/PROGMOD/Weld.mod")).station
     assert together is not None and alone is not None and alone.standing == together.standing
     options = Options(tolerance_m=1e-5, force=FORCE, inertia=False)
-    return compensate_program(Source("w.mod", text.encode()), model().at_station(together), options)
+    return correct_program(Source("w.mod", text.encode()), model().at_station(together), options)
 
 
 def test_where_it_stands_all_the_time_the_work_is_known(tmp_path: Path, text: str) -> None:

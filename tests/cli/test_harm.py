@@ -14,12 +14,12 @@ import pytest
 from postproc.cli.output import write
 from postproc.cli.progress import _Work, watching
 from postproc.compensation.options import Options
-from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.files import place, write_whole
 from postproc.model.file import default_model
 from postproc.report.blocks import Document
 from postproc.report.page import render_page
+from postproc.runtime.passes import correct_program
 
 from .conftest import Call
 
@@ -170,7 +170,7 @@ def test_the_line_of_a_long_work_tells_rate_and_remaining_time() -> None:
 def test_a_conversion_tells_how_far_it_is(samples: Path) -> None:
     told: list[tuple[str, float]] = []
     source = Source("a.mod", (samples / "panel_300.mod").read_bytes())
-    compensate_program(source, default_model(), Options(), lambda what, share: told.append((what, share)))
+    correct_program(source, default_model(), Options(), lambda what, share: told.append((what, share)))
     steps = list(dict.fromkeys(what for what, _ in told))
     assert steps == ["following the program", "path and timing", "correction", "reading back and proving"]
     shares = [share for _, share in told]

@@ -13,11 +13,11 @@ import pytest
 
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
-from postproc.convert import compensate_program
 from postproc.diagnostics import PostprocError, Source
 from postproc.effects.library.joints.joint_offset import JointOffset
 from postproc.model.arm import Model
 from postproc.model.file import default_model
+from postproc.runtime.passes import correct_program
 from tests.independent import arm as A
 from tests.independent import inverse as I
 from tests.independent import paths as P
@@ -113,7 +113,7 @@ def model() -> Model:
 def convert(model: Model, *already: str) -> Conversion:
     near = {"tolerance_m": 1e-5, "air_tolerance_m": 1e-5}
     options = Options(**near, force=FORCE, inertia=False, already=already)
-    return compensate_program(Source("m.mod", PROGRAM.encode()), model, options)
+    return correct_program(Source("m.mod", PROGRAM.encode()), model, options)
 
 
 @pytest.mark.parametrize(

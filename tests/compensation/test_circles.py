@@ -8,9 +8,9 @@ import pytest
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
 from postproc.compensation.plan import BEFORE
-from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.motion.path.moves import read_moves
+from postproc.runtime.passes import correct_program
 from tests.build import FORCE, arm, convert, events, independent, module, outcome, target, written
 
 RADIUS = 60.0
@@ -49,7 +49,7 @@ def around(via: float) -> Conversion:
         f"MoveJ {target(1150, -300, 760)},v200,fine,tT;\nMoveL pStart,v50,fine,tT;\naround;",
     )
     sources = [Source("m.mod", text.encode()), Source("l.sys", lib.encode(), True)]
-    return compensate_program(sources, arm(), Options(force=FORCE, inertia=False))
+    return correct_program(sources, arm(), Options(force=FORCE, inertia=False))
 
 
 def test_the_start_of_an_arc_that_stays_is_left_where_it_would_spoil_the_arc() -> None:

@@ -7,10 +7,10 @@ from scipy.spatial.transform import Rotation
 
 from postproc.compensation.correction.inverse import command
 from postproc.compensation.options import Options
-from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import default_model
 from postproc.robot.kinematics import forward
+from postproc.runtime.passes import correct_program
 from tests.build import AXES, target
 
 A, B, C = target(1350, -500), target(1330, -470), target(1350, -420)
@@ -27,9 +27,7 @@ def test_a_joint_that_turns_back_on_the_way_does_not_end_the_timing() -> None:
   ENDPROC
 ENDMODULE
 """
-    found = compensate_program(
-        Source("far.mod", text.encode()), default_model("irb2600id_8_200"), Options(inertia=False)
-    )
+    found = correct_program(Source("far.mod", text.encode()), default_model("irb2600id_8_200"), Options(inertia=False))
     assert found.exit_code == 0
     assert [o.status for o in found.outcomes] == ["compensated"] * 3
 

@@ -8,16 +8,16 @@ import pytest
 
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
-from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import default_model
+from postproc.runtime.passes import correct_program
 
 HULL = (Path(__file__).parents[2] / "samples" / "hull_seam.mod").read_bytes()
 
 
 def convert(data: bytes, **options: object) -> Conversion:
     settings = Options(force=(200.0, -200.0, -200.0), inertia=False, **options)  # type: ignore[arg-type]
-    return compensate_program(Source("hull.mod", data), default_model(), settings)
+    return correct_program(Source("hull.mod", data), default_model(), settings)
 
 
 MISTYPED = HULL.replace(b"ArcL pSeam40", b"ArcL pSeam4o")

@@ -15,7 +15,6 @@ from postproc.cli.app import build
 from postproc.cli.run import run
 from postproc.compensation.inspection import inspect_program
 from postproc.compensation.options import Options
-from postproc.convert import compensate_program
 from postproc.diagnostics import Diagnostic, PostprocError, Source
 from postproc.measure.read.table import read_measurements
 from postproc.model.arm import Model
@@ -25,6 +24,7 @@ from postproc.rapid.execution.walk import walk_program
 from postproc.rapid.program.program import read_program
 from postproc.rapid.syntax.edits import Edit, edited
 from postproc.rapid.syntax.tokens import tokenize
+from postproc.runtime.passes import correct_program
 
 SAMPLES = Path(__file__).resolve().parents[2] / "samples"
 DEFECTS = {"CMP004", "CMP013"}  # the product's own checks of what it would write: they never fail
@@ -81,7 +81,7 @@ def check_inspection(data: bytes, model: Model) -> bool:
 def check_conversion(data: bytes, model: Model) -> bool:
     """The whole convert loop: an output, or none and a reason."""
     try:
-        result = compensate_program(Source("fuzz.mod", data), model, Options())
+        result = correct_program(Source("fuzz.mod", data), model, Options())
     except PostprocError as error:
         _read_out(error.diagnostics)
         return False

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from postproc.compensation.options import Options
-from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.arm import Model
 from postproc.model.file import default_model
+from postproc.runtime.passes import correct_program
 from tests.independent import arm as A
 from tests.independent import inverse as I
 from tests.independent import paths as P
@@ -94,7 +94,7 @@ def weld_error(arm: A.Arm, text: str, T_true: np.ndarray, points: np.ndarray, fo
 
 def converted(text: str, force: np.ndarray, taught: tuple[str, ...]) -> str:
     options = Options(tolerance_m=1e-5, inertia=False, force=tuple(force), force_on="arc", wobj_taught=taught)  # type: ignore[arg-type]
-    done = compensate_program(Source("m.mod", text.encode()), soft_model(), options)
+    done = correct_program(Source("m.mod", text.encode()), soft_model(), options)
     assert done.output is not None, [d.message for d in done.diagnostics]
     return done.output.decode()
 

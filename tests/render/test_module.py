@@ -8,9 +8,9 @@ import pytest
 
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
-from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.rapid.program.program import read_program
+from postproc.runtime.passes import correct_program
 from tests.build import DATA, arm, codes, convert, module, target, written
 
 PLAIN = module(
@@ -198,7 +198,7 @@ def test_only_the_second_module_of_a_file_moves() -> None:
 def test_a_file_of_the_task_that_needs_no_change_is_kept() -> None:
     data = Source("data.sys", f"MODULE Data(SYSMODULE)\r\n{DATA}ENDMODULE".encode())
     main = Source("main.mod", PLAIN.replace(DATA, "").encode())
-    found = compensate_program(
+    found = correct_program(
         [data, main], arm(), Options(tolerance_m=1e-5, force=(200.0, -200.0, -200.0), inertia=False)
     )
     assert found.outputs["data.sys"] == data.data
@@ -211,11 +211,11 @@ def test_targets_in_another_file_of_the_task() -> None:
         "main.mod", PLAIN.replace(DATA, "").replace(f"  CONST robtarget p1:={target(1350, -500)};\n", "").encode()
     )
     options = Options(tolerance_m=1e-5, force=(200.0, -200.0, -200.0), inertia=False)
-    found = compensate_program([data, main], arm(), options)
+    found = correct_program([data, main], arm(), options)
     assert b"! postproc" in found.outputs["main.mod"] and b"! postproc" in found.outputs["data.mod"]
     assert f"p1:={target(1350, -500)}".encode() not in found.outputs["data.mod"]
     assert found.report["max_error_after_mm"] <= 0.01
-    again = compensate_program([Source(p, d) for p, d in found.outputs.items()], arm(), options)
+    again = correct_program([Source(p, d) for p, d in found.outputs.items()], arm(), options)
     assert {d.code for d in again.diagnostics} == {"CMP001"} and not again.outputs
 
 

@@ -13,23 +13,23 @@ import pytest
 from postproc.arrays import Array
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
-from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.files import resource
 from postproc.model.file import default_model
+from postproc.runtime.passes import correct_program
 
 
 @pytest.fixture(scope="session")
 def conversion() -> Conversion:
     data = resource("samples", "paper_case.mod").read_bytes()
     options = Options(tolerance_m=1e-5, force=(200.0, -200.0, -200.0))
-    return compensate_program(Source("paper_case.mod", data), default_model(), options)
+    return correct_program(Source("paper_case.mod", data), default_model(), options)
 
 
 @pytest.fixture(scope="session")
 def seam() -> Conversion:
     data = resource("samples", "hull_seam.mod").read_bytes()
-    return compensate_program(Source("hull_seam.mod", data), default_model(), Options(tolerance_m=1e-5))
+    return correct_program(Source("hull_seam.mod", data), default_model(), Options(tolerance_m=1e-5))
 
 
 def carried(page: str, name: str = "document") -> Any:

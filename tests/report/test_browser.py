@@ -15,7 +15,6 @@ from postproc.batch.document import batch_document
 from postproc.batch.values import Batch, TaskOutcome
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
-from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.identification.add import add_effects
 from postproc.identification.compare import compare
@@ -28,6 +27,7 @@ from postproc.results.comparison import comparison_document
 from postproc.results.conversion import conversion_document
 from postproc.results.diagnosis import diagnosis_document
 from postproc.results.difference import folders_document
+from postproc.runtime.passes import correct_program
 from postproc.tasks.task import Task
 from tests.bench.programs import program
 from tests.report.test_improve import diagnosed, sample
@@ -202,7 +202,7 @@ def test_twenty_thousand_targets_stay_fluid(opened: Open) -> None:
 
 @pytest.fixture(scope="module")
 def long_program() -> Conversion:
-    return compensate_program(Source("long.mod", program(1400)), default_model(), Options())
+    return correct_program(Source("long.mod", program(1400)), default_model(), Options())
 
 
 def test_a_long_program(opened: Open, long_program: Conversion) -> None:

@@ -11,13 +11,13 @@ import pytest
 
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
-from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import default_model
 from postproc.report.drawing.path import path_data
 from postproc.report.page import render_certificate, render_page
 from postproc.results.certificate import Verdict, program_certificate
 from postproc.results.conversion import conversion_document
+from postproc.runtime.passes import correct_program
 from tests.report.conftest import carried, numbers, tables
 
 
@@ -73,7 +73,7 @@ def test_names_in_a_page_are_text(conversion: Conversion) -> None:
 
 
 def test_a_refused_program_says_so() -> None:
-    refused = compensate_program(Source("x.mod", b"hello"), default_model(), Options())
+    refused = correct_program(Source("x.mod", b"hello"), default_model(), Options())
     page = render_page(conversion_document("x.mod", refused))
     assert "no program was written" in page
     findings = tables(page)["findings"]

@@ -48,9 +48,9 @@ def run(
         clearance: how far in front of the seam the arm arrives and leaves [mm].
         json: print the postproc/compensate/1 document.
     """
-    from postproc.convert import compensate_program
     from postproc.render.seam import SeamOptions, seam_module
     from postproc.render.seampoints import read_seam_points
+    from postproc.runtime.passes import correct_program
 
     settings = convert.settings_at(Path(points).parent)
     options = replace(settings.options, entry=routine, run_time="off")  # all its targets are numbers
@@ -68,7 +68,7 @@ def run(
         say(f"by default, {note}")
     module = Source(str(output), text)
     with watching(f"correcting `{output}`", len(module.line_starts)) as watch:
-        result = compensate_program([module, *sides], arm, settings.options, watch)
+        result = correct_program([module, *sides], arm, settings.options, watch)
     show(result.diagnostics)
     if result.outputs:
         write(output, result.outputs[module.path])

@@ -106,15 +106,15 @@ def _process(words: list[str]) -> float:
 def _converted(n: int) -> Any:
     """A conversion of n targets that can be run again and again, warm."""
     from postproc.compensation.options import Options
-    from postproc.convert import compensate_program
     from postproc.diagnostics import Source
     from postproc.model.file import default_model
+    from postproc.runtime.passes import correct_program
     from tests.bench.programs import program
 
     model = default_model(ARM)
 
     def convert(source: Source) -> Any:
-        done = compensate_program(source, model, Options())
+        done = correct_program(source, model, Options())
         assert done.exit_code == 0, done.diagnostics
         return done
 
