@@ -77,19 +77,28 @@ def program_certificate(name: str, conversion: Conversion, made: Mapping[str, st
     sentence = f"{sum(keeping)} of {len(seams)} seams keep {tolerance:g} mm."
     if not seams:
         sentence = f"{along[1]:.3f} mm of deviation remain along lines and arcs, {tolerance:g} mm are allowed."
-    verdict, known = Verdict.NOT_SHOWN if kept else Verdict.NOT_KEPT, document["expected_accuracy"]
-    if known is None:
-        estimate = estimated_stiffness(document["expected_remaining_fraction"], along[0])
-        sure = f"The model was not fitted to measurements of this arm{estimate and ': '}{estimate}."
-    else:
-        sure = f"The fitted model itself is sure to {known['within_95_percent_mm']:.3f} mm (95 %)."
-        of_welds = document["max_arc_error_after_mm"]
-        remaining = along[1] if of_welds is None else of_welds
-        # On the real arm it is kept where it is so with the 95 % error of the fitted model added.
-        if kept and remaining + known["within_95_percent_mm"] <= tolerance:
-            verdict = Verdict.KEPT
+    verdict, sure = _on_the_arm(document, kept)
     text = f"{sentence} {sure}"
     return _certificate(f"Acceptance of {name}", verdict, text, document, facts=facts, parts=parts, basis=COMPUTED)
+
+
+def _on_the_arm(document: Values, kept: bool) -> tuple[Verdict, str]:
+    """Return whether the real arm keeps its tolerance, and how sure the model is.
+
+    It is kept there if it is so with the 95 % error of the fitted model added.
+
+    Args:
+        document: that of the conversion. kept: the tolerance is kept in the model.
+    """
+    known, verdict = document["expected_accuracy"], Verdict.NOT_SHOWN if kept else Verdict.NOT_KEPT
+    if known is None:
+        estimate = estimated_stiffness(document["expected_remaining_fraction"], document["max_error_before_mm"])
+        return verdict, f"The model was not fitted to measurements of this arm{estimate and ': '}{estimate}."
+    of_welds, within = document["max_arc_error_after_mm"], known["within_95_percent_mm"]
+    remaining = document["max_error_after_mm"] if of_welds is None else of_welds
+    if kept and remaining + within <= document["tolerance_mm"]:
+        verdict = Verdict.KEPT
+    return verdict, f"The fitted model itself is sure to {within:.3f} mm (95 %)."
 
 
 def arm_certificate(name: str, comparison: Comparison) -> Document:

@@ -56,13 +56,8 @@ def run(
     from postproc.settings import made_with
     from postproc.settings_files import find_settings
 
-    match = re.fullmatch(r"(\d+)/(\d+)", shard)
-    if match is None or not 1 <= int(match[1]) <= int(match[2]):
-        help_ = "write `--shard 2/4` for the second of four parts"
-        raise PostprocError.of("BAT014", f"`--shard {shard}` is not a part of a whole", help=help_)
-    part = Shard(int(match[1]), int(match[2]))
-    _check_folders(folder_or_jobs, output)
-    place = folder_or_jobs if folder_or_jobs.is_dir() else folder_or_jobs.parent
+    part = _parse_shard(shard)
+    place = _checked_folder(folder_or_jobs, output)
     settings = convert.settings_at(place)
     check_outputs((folder_or_jobs, *settings.inputs), report)
     ready = get_ready(read_plan(folder_or_jobs, convert.settings_at, output), part, output, report)
@@ -89,8 +84,17 @@ def run(
     return int(batch.failed)
 
 
-def _check_folders(source: Path, output: Path) -> None:
-    """Raise CLI002 where the input does not exist, BAT015 where it is inside the output folder."""
+def _parse_shard(text: str) -> Shard:
+    """Return the part of the work that ``I/N`` states; raise BAT014 where it is none."""
+    match = re.fullmatch(r"(\d+)/(\d+)", text)
+    if match is None or not 1 <= int(match[1]) <= int(match[2]):
+        help_ = "write `--shard 2/4` for the second of four parts"
+        raise PostprocError.of("BAT014", f"`--shard {text}` is not a part of a whole", help=help_)
+    return Shard(int(match[1]), int(match[2]))
+
+
+def _checked_folder(source: Path, output: Path) -> Path:
+    """Return the folder of the input; raise CLI002 where that does not exist, BAT015 where the output would hold it."""
     if not source.exists():
         text = f"there is no file or folder `{source}`"
         raise PostprocError.of("CLI002", text, help="check the spelling and the folder")
@@ -98,3 +102,4 @@ def _check_folders(source: Path, output: Path) -> None:
     if real(folder).is_relative_to(real(output)):
         text = f"the input `{folder}` stands in the output folder `{output}`"
         raise PostprocError.of("BAT015", text, help="give another folder with -o")
+    return folder

@@ -80,13 +80,11 @@ def read_moves(
     help_ = (
         "the posture nearest to the last known one, or to all axes at zero, is taken: begin with a MoveAbsJ to be sure"
     )
-    findings += [Diagnostic("KIN008", "warning", text, *place(events[known[row]]), help_) for row in supposed]
-    findings += another
-
+    assumed = [Diagnostic("KIN008", "warning", text, *place(events[known[row]]), help_) for row in supposed]
+    findings += [*assumed, *another]
     moves: list[Move] = []
     for row, (i, fields) in enumerate(zip(known, at_goals, strict=True)):
-        e, (frame, axes) = events[i], places[row]
-        kind = e.statement.interpolation
+        e, (frame, axes), kind = events[i], places[row], events[i].statement.interpolation
         if i in bad or kind == "none":
             continue
         via = via_matrix(e) if kind == "arc" and e.via is not None else None
