@@ -70,3 +70,39 @@ def test_numbers_that_cancel_each_other_are_not_used() -> None:
         taught = [{**n, f"p.trans.{axis}": n[f"p.trans.{axis}"] + 10.0} for n in numbers]
         moved = [np.subtract(way.at(b), way.at(a)) for a, b in zip(numbers, taught, strict=True)]
         assert np.abs(moved).max() < 0.05
+
+
+SAME = """  FUNC robtarget same(robtarget q)
+    RETURN q;
+  ENDFUNC
+  FUNC robtarget Offs(robtarget p,num x,num y,num z)
+    RETURN p;
+  ENDFUNC
+"""
+
+
+@pytest.mark.parametrize(
+    ("data", "body", "more", "edited"),
+    [
+        (
+            f"CONST robtarget a:={A};",
+            "MoveJ a,v300,fine,tT;\nMoveL same(a),v100,fine,tLong;",
+            SAME,
+            ("argument", "derived"),
+        ),
+        (
+            f"CONST robtarget p{{2}}:=[{A},{B}];",
+            "MoveJ p{1},v300,fine,tLong;\nFOR i FROM 1 TO 2 DO\nMoveL p{i},v100,fine,tT;\nENDFOR",
+            "",
+            ("argument", "element"),
+        ),
+    ],
+    ids=["cannot be displaced", "runs over several"],
+)
+def test_who_gets_a_number_that_statements_need_differently(
+    data: str, body: str, more: str, edited: tuple[str, str]
+) -> None:
+    """Not the first in the text, but the one that nothing else could correct as well."""
+    found = convert(module(data, body, more))
+    assert tuple(o.edited for o in found.outcomes) == edited
+    assert max(o.residual_mm or 0.0 for o in found.outcomes) < 0.001
