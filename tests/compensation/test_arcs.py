@@ -216,3 +216,10 @@ def test_the_function_of_a_line_moves_and_turns_evenly(exactly: None, seed: int)
             assert (even.inv() * Rotation.from_quat(rot, scalar_first=True)).magnitude() < 1e-6
             assert np.linalg.norm(rot) == pytest.approx(1.0, abs=1e-5)
             assert conf[0] == (share >= 0.5) and min(axes) > 8e9
+
+
+def test_a_name_does_not_grow_onto_the_instruction() -> None:
+    """Numbers may follow it without a blank, the function that takes their place may not."""
+    data = f"CONST robtarget a:={target(1200, -600)};\nCONST robtarget g:={target(1400, -300)};"
+    found = convert(module(data, f"MoveJ a,v300,fine,tT;\nMoveC{target(1330, -470)},g,v50,fine,tT;"), tolerance_m=2e-6)
+    assert [line.split("(")[0] for line in lines_of(written(found)) if "MoveC" in line] == ["MoveC ppArcPoint"] * 2

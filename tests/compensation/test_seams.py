@@ -11,6 +11,7 @@ from postproc.compensation.options import Options
 from postproc.diagnostics import Source
 from postproc.model.file import default_model
 from postproc.runtime.passes import correct_program
+from tests import build
 
 HULL = (Path(__file__).parents[2] / "samples" / "hull_seam.mod").read_bytes()
 
@@ -73,3 +74,13 @@ def test_a_seam_without_start_or_end_is_told(instruction: bytes, mistyped: bytes
     told = [d for d in convert(HULL.replace(instruction + b" ", mistyped + b" ")).diagnostics if d.code == "CMP021"]
     assert told and all(d.severity == "warning" for d in told)
     assert said in told[0].message
+
+
+def test_a_seam_ends_with_its_routine() -> None:
+    """An arc that one routine does not put out is a seam of its own, and so is what the next one burns."""
+    data = f"CONST robtarget a:={build.target(1300, -500)};\nCONST robtarget g:={build.target(1350, -430)};"
+    first = "ArcLStart a,v100,sm,wd,fine,tT;\n    ArcL g,v100,sm,wd,z1,tT;"
+    second = "ArcL a,v100,sm,wd,z1,tT;\n    ArcLEnd g,v100,sm,wd,fine,tT;"
+    more = "".join(f"  PROC {name}()\n    {body}\n  ENDPROC\n" for name, body in (("one", first), ("two", second)))
+    found = build.convert(build.module(data, "MoveJ a,v300,fine,tT;\none;\ntwo;", more))
+    assert [weld["name"] for weld in found.report["welds"]] == ["one", "two"]
