@@ -3,9 +3,9 @@
 The first line of a row has the largest deviation [mm] before and after, the number of added targets, and what became of
 each motion statement in the order of the text: the place in the text that carries its correction, ``left`` or
 ``unchanged``, what remains at its target where that is 0.01 mm or more, `conf` where its confdata changed, and the
-reason. Lines with ``>`` are those
-that are written otherwise but for their numbers, and the data whose numbers changed. `drive` has the independent arm
-driven along the written program, `follow` too where arguments of calls change; `messages` are shown without their numbers.
+reason. Lines with ``>`` are those that are written otherwise (``#`` is any number), and the data whose numbers changed.
+`drive` has the independent arm driven along the written program, `follow` too where arguments of calls change; `messages`
+are shown without their numbers.
 """
 
 from __future__ import annotations
