@@ -30,7 +30,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect, param
-from postproc.effects.contract import State
+from postproc.channels.state import State
 
 
 class LooseBolt(Effect, reads=("q",)):

@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.channels.state import State
 from postproc.effects.base import Effect
-from postproc.effects.contract import Displacement, Load, State
+from postproc.effects.contract import Displacement, Load
 
 
 def displacement_of(effect: Effect, state: State) -> Displacement:
     """Evaluate the displacement of an effect; empty where a channel that it reads was not recorded."""
-    if any(state.channel(name) is None for name in effect.reads):
+    if any(state.channel(name) is None for name in effect.reads if "(" not in name):
         return Displacement()
     result = effect.displacement(state)
     if result is None:
@@ -28,7 +29,7 @@ def displacement_of(effect: Effect, state: State) -> Displacement:
 
 def load_of(effect: Effect, state: State) -> Load:
     """Evaluate the load of an effect; empty where a channel that it reads, other than ``load``, was not recorded."""
-    if any(state.channel(name) is None for name in effect.reads if name != "load"):
+    if any(state.channel(name) is None for name in effect.reads if name != "load" and "(" not in name):
         return Load()
     given = effect.load(state)
     if isinstance(given, Load):
@@ -39,7 +40,7 @@ def load_of(effect: Effect, state: State) -> Load:
 def loads_of(effects: Sequence[Effect], state: State) -> Load:
     """Evaluate the loads of m effects of one class and structure, (n, 6, m) for each part; empty as in `load_of`."""
     cls = type(effects[0])
-    if any(state.channel(name) is None for name in cls.reads if name != "load"):
+    if any(state.channel(name) is None for name in effects[0].reads if name != "load" and "(" not in name):
         return Load()
     at_once = cls.loads(effects, state)
     if at_once is not None:

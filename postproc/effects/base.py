@@ -29,8 +29,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
+from postproc.channels.expression import Channel, channel
+from postproc.channels.state import State
 from postproc.diagnostics import PostprocError
-from postproc.effects.contract import Displacement, Load, State
+from postproc.effects.contract import Displacement, Load
 from postproc.effects.files import FieldProblem, check_table, restore
 from postproc.effects.parameters import META, Layout, Parameter, Structure, broadcast, layout_of, param, structure
 from postproc.effects.roles import FRAME_ROLES, Role
@@ -74,7 +76,8 @@ class Effect:
 
     Class keywords:
         reads: channels of the state it needs: q, v, a, approach, temperature, time, payload, wrench, session, a column
-            of the measurement table by its name; or what the model fills in: load, pose (of the bodies), robot.
+            of the measurement table by its name, one derived from the order of rows (`channels.expression`,
+            ``lag(temperature, 2640 s)``); or what the model fills in: load, pose (of the bodies), robot.
         linear: loads and displacement are linear in all amplitudes.
         key: canonical name; the class name in lower case with underscores where none is given.
         confused_with: key of another effect to the measurement that tells the two apart.
@@ -121,7 +124,7 @@ class Effect:
         doc = cls.__dict__.get("__doc__") or ""
         cls.title = doc.strip().split("\n")[0].partition(" Source:")[0]
         cls.key = key or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
-        cls.reads = cls.reads if reads is None else (reads,) if isinstance(reads, str) else tuple(reads)
+        cls.reads = cls.reads if reads is None else _with_sources((reads,) if isinstance(reads, str) else reads)
         cls.linear = cls.linear if linear is None else linear
         cls.about_data = cls.about_data if about_data is None else about_data
         cls.drafted = cls.drafted if drafted is None else drafted
@@ -147,9 +150,9 @@ class Effect:
     def displacement(self, state: State) -> Displacement | Array | None:
         """Return where the effect moves the arm: a `Displacement`, or only joint angles (n, 6) [rad]; None for nothing.
 
-        Needed where `basis` returns None. It is called only where every channel that the effect reads was recorded.
+        Needed where `joint_basis` returns None. It is called only where every channel that the effect reads was recorded.
         """
-        columns = self.basis(state)
+        columns = self.joint_basis(state)
         if columns is None:
             return None
         dq = np.zeros((len(state), 6))
@@ -170,7 +173,7 @@ class Effect:
         """
         return None
 
-    def basis(self, state: State) -> JointBasis | None:
+    def joint_basis(self, state: State) -> JointBasis | None:
         """Return joint angles per unit of each parameter, in place of writing `displacement`; None by default."""
         return None
 
@@ -308,10 +311,14 @@ class Effect:
         """Return plain numbers, words and lists for ``[effects.KEY]`` of a model file."""
         return {name: _plain(getattr(self, name)) for name in (*self.structures(), *self.parameters())}
 
-    @classmethod
-    def missing(cls, state: State) -> tuple[str, ...]:
+    def missing(self, state: State) -> tuple[str, ...]:
         """Return the channels that the effect reads and nobody recorded; those the model fills in do not count."""
-        return tuple(n for n in cls.reads if n not in FILLED_BY_MODEL and state.channel(n) is None)
+        return tuple(n for n in self.reads if n not in FILLED_BY_MODEL and "(" not in n and state.channel(n) is None)
+
+    @property
+    def ordered_channels(self) -> tuple[Channel, ...]:
+        """The channels it reads that follow the rows in their order, such as ``lag(temperature, 2640 s)``."""
+        return tuple(channel(name) for name in self.reads if "(" in name)
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
@@ -331,6 +338,11 @@ class Effect:
         module = sys.modules.get(type(self).__module__)
         fields = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}  # type: ignore[arg-type]
         return restore, (type(self).__module__, getattr(module, "__file__", None), type(self).__qualname__, fields)
+
+
+def _with_sources(reads: Sequence[str]) -> tuple[str, ...]:
+    """Return the channels that an effect declares, and those from which the derived ones among them are computed."""
+    return tuple(dict.fromkeys(x for name in reads for x in (name, *(channel(name).reads if "(" in name else ()))))
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from postproc.arrays import gravity_in
-from postproc.effects.contract import State
+from postproc.channels.state import State
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import body_poses
 

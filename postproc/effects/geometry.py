@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.effects.contract import State
+from postproc.channels.state import State
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import BodyMotion
 

@@ -10,7 +10,7 @@ class Role(Enum):
 
     INSTRUMENT_FRAME: where the instrument stands, six constants. TOOL_FRAME: the calibration error of the tool, six
     constants. SESSION_FRAMES: steps of the instrument between sessions. JOINT_SPRINGS: a compliance for each joint.
-    CARRIED_MASS: masses that ride on bodies of the arm.
+    CARRIED_MASS: masses that ride on bodies of the arm. CURVE: a law without a name, found on data.
     """
 
     INSTRUMENT_FRAME = "instrument frame"
@@ -18,6 +18,7 @@ class Role(Enum):
     SESSION_FRAMES = "frames of sessions"
     JOINT_SPRINGS = "joint springs"
     CARRIED_MASS = "carried mass"
+    CURVE = "curve"
 
 
 FRAME_ROLES = (Role.INSTRUMENT_FRAME, Role.TOOL_FRAME)

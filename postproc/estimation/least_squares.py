@@ -26,6 +26,7 @@ from postproc.estimation.solving.step import Masks
 from postproc.measure.checks.repeats import Noise, estimate_noise, significantly_below
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
+from postproc.model.ordered import with_ordered_channels
 from postproc.watch import Watch, unwatched
 
 FIRST = ("instrument_frame", "session", "tool_frame", "joint_offset", "joint_compliance")
@@ -94,8 +95,9 @@ def _fitted(model: Model, data: Measurements, effects: Sequence[Effect], noise: 
     new = {e.key: e.with_vector(prior_of(e, model).value) if e.is_null else e for e in effects}
     every = [new.pop(e.key, e) for e in model.effects] + list(new.values())
     every.sort(key=_sorting_key)
+    data = replace(data, state=with_ordered_channels(model, data.state, every))
     figures = estimate_noise(data, model.robot, noise)
-    problem = Problem(model.with_effects(*every), data, make_weights(data, figures), terms.beside)
+    problem = Problem(model.with_effects(*every), data, make_weights(data, figures))
     fit = _solved(problem, figures, frozenset(e.key for e in effects), terms)
     quieter = _noise_within_repeats(fit)
     if quieter is None:
@@ -200,6 +202,7 @@ def _evaluated(model: Model, data: Measurements, noise: float | None) -> Fit:
     """
     figures = estimate_noise(data, model.robot, noise)
     frames = FRAME_ROLES[:1] if data.tool_known else FRAME_ROLES
+    data = replace(data, state=with_ordered_channels(model, data.state))
     lacking: list[Effect] = [effect_in_role(role).null() for role in frames if model.in_role(role) is None]
     whole = model.with_effects(*lacking, *model.effects)
     problem = start_frames(Problem(whole, data, make_weights(data, figures)))

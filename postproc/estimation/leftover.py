@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.estimation.channels import fit_channels
 from postproc.estimation.evidence import DECADES
 from postproc.estimation.held_out import contiguous_blocks
 from postproc.estimation.solution import Solution
@@ -105,7 +104,7 @@ class _Field:
         at = place[(size * rows[:, None] + np.arange(columns.start, columns.stop)).ravel()[used]]
         soft = fit.penalty > 0
         own = fit.columns[at][:, soft] / fit.penalty[soft]
-        U = np.linalg.qr(np.hstack([fit.problem.taken, fit.columns[:, ~soft]])[at])[0]
+        U = np.linalg.qr(fit.columns[at][:, ~soft])[0]
         return cls(fit.linear.residual[at], U, np.eye(len(at)) + own @ own.T)
 
     @property
@@ -160,7 +159,7 @@ def _processes(fit: Solution, rows: NDArray[np.int_], used: NDArray[np.bool_]) -
             True.
     """
     problem = fit.problem
-    named = fit_channels(fit)
+    named = problem.channels
     near = {name: (x[rows, None] - x[rows]) ** 2 / np.ptp(x) ** 2 for name, x in named.items()}
     J = problem.whitened.matrix[rows][:, fit.observed.columns]
     moves = (J[:, :, :6], J[:, :, INSTRUMENT : INSTRUMENT + 3])

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import GRAVITY, Array
-from postproc.effects.contract import State
+from postproc.channels.state import State
 from postproc.estimation.priors import UNDETERMINED_SHARE, is_placed, lognormal_deviation, prior_of
 from postproc.estimation.solution import Solution
 from postproc.estimation.solving.step import Name

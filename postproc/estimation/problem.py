@@ -10,6 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
+from postproc.channels.sight import Site
+from postproc.channels.tool import in_tool_axes
+from postproc.channels.units import recorded
 from postproc.effects.base import Effect
 from postproc.effects.roles import Role
 from postproc.measure.checks.repeats import Noise
@@ -100,17 +103,11 @@ def weighed_by(noise: Noise) -> float:
 
 @dataclass(frozen=True)
 class Problem:
-    """A model beside measurements, at the model's present parameters.
-
-    Args:
-        beside: (n, r, k) displacements of the measured numbers by patterns that are not part of the model; each is
-            predicted with the size that fits the data best.
-    """
+    """A model beside measurements, at the model's present parameters."""
 
     model: Model
     data: Measurements
     weights: Weights
-    beside: Array | None = None
 
     @cached_property
     def rest(self) -> Equilibrium:
@@ -127,36 +124,7 @@ class Problem:
 
     @cached_property
     def error(self) -> Array:
-        """(n, r) measured minus predicted [m], [rad], positions in instrument axes; NaN where not measured.
-
-        The prediction includes the patterns in ``beside``, at their best fitting sizes.
-        """
-        if self.beside is None:
-            return self.alone
-        inside, sizes = self._basis
-        off = self.whiten(np.nan_to_num(self.alone)[:, :, None])[:, 0]
-        return np.asarray(self.alone - self.beside @ (sizes @ (inside.T @ off)))
-
-    @property
-    def taken(self) -> Array:
-        """(N, j) orthonormal basis of the whitened patterns in ``beside``."""
-        return self._basis[0]
-
-    @cached_property
-    def _basis(self) -> tuple[Array, Array]:
-        """(N, j) orthonormal basis of the whitened patterns in ``beside``, and (k, j) sizes that make it."""
-        if self.beside is None:
-            return np.zeros((len(self.row), 0)), np.zeros((0, 0))
-        columns = self.whiten(self.beside)
-        length = np.linalg.norm(columns, axis=0)
-        length[length == 0] = 1.0
-        inside, size, turned = np.linalg.svd(columns / length, full_matrices=False)
-        kept = size > 1e-5
-        return inside[:, kept], turned[kept].T / size[kept] / length[:, None]
-
-    @cached_property
-    def alone(self) -> Array:
-        """(n, r) measured minus predicted [m], [rad] without the patterns in ``beside``, NaN as in `error`."""
+        """(n, r) measured minus predicted [m], [rad], positions in instrument axes; NaN where not measured."""
         T = self.T_instrument_tcp
         parts = [self.data.position - T[:, :3, 3]]
         if self.data.rotation is not None:
@@ -168,7 +136,7 @@ class Problem:
     def weighted(self, weights: Weights) -> Problem:
         """Return the problem with other weights; what the model predicts is taken over and not computed again."""
         other = replace(self, weights=weights)
-        same = ("rest", "alone", "sensitivity", *(["error"] if self.beside is None else []))
+        same = ("rest", "error", "sensitivity")
         other.__dict__.update({k: v for k, v in self.__dict__.items() if k in same})
         return other
 
@@ -184,6 +152,20 @@ class Problem:
     def row(self) -> NDArray[np.int_]:
         """(N,) index of the measured row of each entry of the residual."""
         return np.asarray(np.nonzero(self.weights.used)[0])
+
+    @cached_property
+    def site(self) -> Site:
+        """Where the measured point is on the nominal tool, and where the instrument stands, as the model has them."""
+        instrument = self.rest.deflection.instrument
+        # Where it drifts, by millimetres: on average.
+        stands = np.zeros(6) if instrument is None else np.atleast_2d(instrument).mean(axis=0)
+        point = in_tool_axes(self.sensitivity.state, self.rest.T_base_tcp[:, :3, 3])
+        return Site(tuple(point.tolist()), tuple(stands.tolist()))
+
+    @cached_property
+    def channels(self) -> dict[str, Array]:
+        """Every channel (n,) that varies over the rows, by name."""
+        return recorded(self.sensitivity.state, self.site)
 
     @property
     def lever(self) -> Array:
@@ -217,13 +199,10 @@ class Problem:
     def slopes(self, effect: Effect, free: NDArray[np.bool_]) -> Array:
         """Return (N, p) whitened derivatives of the prediction by the free parameters of an effect of the model.
 
-        The patterns in ``beside`` are projected out of them.
-
         Args:
             free: (q,) mask over the effect's vector, p of it True.
         """
-        columns, inside = self._rows(self.whitened.by_parameter(effect, free)), self.taken
-        return columns if self.beside is None else columns - inside @ (inside.T @ columns)
+        return self._rows(self.whitened.by_parameter(effect, free))
 
     def columns(self, effect: Effect, free: NDArray[np.bool_]) -> Array:
         """Return (N, p) whitened derivatives of the prediction by parameters of an effect that the model may lack.
@@ -262,8 +241,7 @@ class Problem:
 
     def some(self, rows: NDArray[np.bool_] | NDArray[np.int_]) -> Problem:
         """Return the problem with some of its rows, by a mask or by indices."""
-        beside = None if self.beside is None else self.beside[rows]
-        return Problem(self.model, self.data.rows(rows), self.weights.rows(rows), beside)
+        return Problem(self.model, self.data.rows(rows), self.weights.rows(rows))
 
     def squares(self) -> Array:
         """Return (n, r) squared whitened errors, also of numbers that are set aside.

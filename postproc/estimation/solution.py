@@ -118,14 +118,13 @@ class Solution:
         return Linear(y, self.basis(), self.problem.row, min(share, self.informative))
 
     def basis(self, share: float = 1.0) -> Array:
-        """Return (N, k) basis of what the fit can still move, with the patterns in ``problem.beside``.
+        """Return (N, k) basis of what the fit can still move.
 
         Args:
             share: of the smoothness penalty that still counts; 1 for all of it.
         """
         held = share * self.penalty
-        own = basis_of(self.columns, held if self.pull is None else np.hypot(held, self.pull))
-        return own if self.problem.beside is None else np.hstack([self.problem.taken, own])
+        return basis_of(self.columns, held if self.pull is None else np.hypot(held, self.pull))
 
     @cached_property
     def serial(self) -> float:

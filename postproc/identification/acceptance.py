@@ -73,7 +73,7 @@ def refit(base: Fit, candidate: Candidate, closely: float = SETTLED) -> Fit | No
     def fitted(start: Model, effect: Effect, free: NDArray[np.bool_]) -> Fit | None:
         """Return the base with an effect, its parameters ``free`` fitted from these values; None where that fails."""
         masks, known = {**base.free, candidate.key: free}, frozenset(base.parameters)
-        terms = Terms(masks, strength, closely=closely, determined=known, beside=base.problem.beside)
+        terms = Terms(masks, strength, closely=closely, determined=known)
         try:
             return fit_model(start, base.data, [effect], noise=base.noise.stated, terms=terms)
         except PostprocError:

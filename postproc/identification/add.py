@@ -215,7 +215,7 @@ def grown(fit: Fit, cls: type[Effect]) -> Fit:
     Raises:
         PostprocError: DAT021 a channel that is not in the data, DAT022 a fit that does not converge.
     """
-    missing = cls.missing(fit.problem.sensitivity.state)
+    missing = cls.null().missing(fit.problem.sensitivity.state)
     if missing:
         columns = ", ".join(map(columns_of, missing))
         message = f"`{cls.key}` reads {columns}: the measurements have no such column"

@@ -9,7 +9,6 @@ import numpy as np
 
 from postproc.effects.base import Effect
 from postproc.effects.registry import effect_library
-from postproc.estimation.channels import channels
 from postproc.estimation.findings import data_findings
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
@@ -24,7 +23,6 @@ from postproc.measure.measurements import Measurements
 from postproc.measure.read.columns import columns_of
 from postproc.model.arm import Model
 from postproc.patterns.dictionary import patterns
-from postproc.patterns.instrument_model import Sight
 from postproc.patterns.suspects import Suspect, by_channel
 from postproc.watch import Watch, unwatched
 
@@ -70,11 +68,10 @@ def _diagnosed(
     measured = base.problem.sensitivity.state
     carried = model.station is not None and bool(model.station.joints)
     library = {k: c for k, c in library.items() if c.unlikely < np.inf and (carried or "external_axes" not in c.reads)}
-    untestable = {k: _why_untestable(c, base) for k, c in library.items() if c.missing(measured)}
+    untestable = {k: _why_untestable(c, base) for k, c in library.items() if c.null().missing(measured)}
     classes = {k: c for k, c in library.items() if k not in untestable}
     start = thinned(base)
-    state, position = start.problem.sensitivity.state, start.problem.rest.T_base_tcp[:, :3, 3]
-    every = patterns(channels(state, position), state, position, Sight.of(start.problem.rest))
+    every = patterns(start.problem.sensitivity.state, start.problem.site)
     watch("every effect alone", 0.1)
     begin = SearchState(start, start, classes, every)
     first = begin.ranked
@@ -143,7 +140,7 @@ def _suspects(named: SearchState, outside: Sequence[Suspect], lacking: bool) -> 
 
 def _why_untestable(cls: type[Effect], fit: Fit) -> str:
     """Return in words which channels an effect needs and the table lacks."""
-    missing = cls.missing(fit.problem.sensitivity.state)
+    missing = cls.null().missing(fit.problem.sensitivity.state)
     return f"the table has no {' and no '.join(map(columns_of, missing))}"
 
 

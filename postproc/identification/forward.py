@@ -163,7 +163,7 @@ def _only(bare: SearchState, one: Candidate, kept: Effect) -> tuple[Candidate, F
         bare: the state without the effect; one: the effect as it was taken; kept: the effect with the terms to keep.
     """
     fit, free = bare.fit, np.ones(len(kept.vector()), dtype=bool)
-    terms = Terms({**fit.free, one.key: free}, fit.strength, beside=fit.problem.beside)
+    terms = Terms({**fit.free, one.key: free}, fit.strength)
     after = fit_model(fit.model, fit.data, [kept], noise=fit.noise.stated, terms=terms)
     return replace(one, effect=kept, free=free, fit=None), after
 

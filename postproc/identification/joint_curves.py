@@ -63,7 +63,7 @@ def _turns(effect: Effect, state: State) -> tuple[Array, Array]:
         joint = displacement_of(effect.with_vector(x), state).joint
         return np.zeros((len(state), 6)) if joint is None else joint
 
-    x, basis = effect.vector(), effect.basis(state)
+    x, basis = effect.vector(), effect.joint_basis(state)
     if basis is None:
         steps = np.diag(1e-3 * effect.scale())
         return turned(x), np.stack([(turned(x + s) - turned(x - s)) / (2 * s.max()) for s in steps], axis=2)

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
+from postproc.channels.state import State
 from postproc.diagnostics import Diagnostic, PostprocError
-from postproc.effects.contract import State
 from postproc.effects.roles import Role
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import evaluate
@@ -25,6 +25,7 @@ from postproc.measure.measurements import Measurements
 from postproc.measure.read.columns import columns_of
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
+from postproc.model.ordered import with_ordered_channels
 from postproc.model.uncertainty import beyond_range, derivatives, predict_sigma
 
 PREDICTION_HEADER = "pose_id,x_mm,y_mm,z_mm,sigma_mm,sigma_measured_mm"
@@ -72,6 +73,7 @@ def predict_rows(model: Model, data: Measurements, place: bool = False) -> Predi
     found = [] if placed is None else [_placed_finding(placed)]
     known = model if placed is None else placed.model
     some = data.rows(good)
+    some = replace(some, state=with_ordered_channels(known, some.state))
     found += session_laws(model, data)
     state = some.state if data.tool_known else some.state.with_(T_flange_tcp=model.T_flange_tcp)
     position, sigma, measured = np.full((len(data), 3), np.nan), *np.full((2, len(data)), np.nan)

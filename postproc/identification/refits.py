@@ -23,7 +23,7 @@ def refit_all(base: Fit, fitted: Fit, added: Iterable[str], closely: float = SET
 
     The springs start there, too: those of the base, found without a load, do not suit it, not even in their sign. On
     more rows than those of the other fit, free functions get the resolution and smoothness that these rows can
-    determine. Patterns beside the other fit stay.
+    determine.
 
     Args:
         base: the fit whose rows and free parameters count; fitted: the fit with the effects.
@@ -37,7 +37,7 @@ def refit_all(base: Fit, fitted: Fit, added: Iterable[str], closely: float = SET
     anew = keys if len(fitted.data) < len(base.data) else set()
     strength = {k: v for k, v in fitted.strength.items() if k in start and k not in anew}
     known = frozenset(base.parameters + fitted.parameters)
-    terms = Terms(free, strength, closely=closely, determined=known, beside=fitted.problem.beside)
+    terms = Terms(free, strength, closely=closely, determined=known)
     return fit_model(base.model.with_effects(*start.values()), base.data, noise=base.noise.stated, terms=terms)
 
 

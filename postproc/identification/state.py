@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, reduce
+from typing import Any
 
 import numpy as np
 
+from postproc.channels.expression import in_order
+from postproc.channels.sight import Site
 from postproc.effects.base import Effect
+from postproc.effects.registry import effect_in_role
+from postproc.effects.roles import Role
 from postproc.estimation.evidence import schwarz
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
@@ -124,11 +129,20 @@ class SearchState:
             return self
         if not outside and self.plain is not None:
             return self.plain
-        fit = self.fit
-        moves = np.concatenate([one.moves for one in outside], axis=2) if outside else None
-        free = {e.key: fit.free[e.key] & (bool(outside) | e.amplitudes()) for e in fit.model.effects}
-        terms = Terms(free, fit.strength, False, ROUGHLY, frozenset(fit.parameters), moves)
-        after = fit_model(fit.model, fit.data, noise=fit.noise.stated, terms=terms)
+        fit, given = self.fit, self.base.model.in_role(Role.CURVE)
+        others = [e for e in fit.model.effects if e.role is not Role.CURVE]
+        curve = curve_of([term for one in outside for term in one.terms], fit.problem.site, given)
+        free = {e.key: fit.free[e.key] & (bool(outside) | e.amplitudes()) for e in others}
+        known = frozenset(p for p in fit.parameters if p[0] in free)
+        data = fit.data
+        if curve is not None:
+            free[curve.key] = np.ones(len(curve.vector()), dtype=bool)
+            derived = in_order(curve.ordered_channels, fit.problem.sensitivity.state, fit.problem.site).channels
+            new = {name: values for name, values in derived.items() if name not in data.state.channels}
+            data = replace(data, state=data.state.with_(channels={**data.state.channels, **new}))
+        terms = Terms(free, fit.strength, False, ROUGHLY, known)
+        added = [] if curve is None else [curve]
+        after = fit_model(fit.model.with_effects(*others), data, added, noise=fit.noise.stated, terms=terms)
         plain = (self.plain if self.outside else self) if outside else None
         return replace(self, fit=after, outside=outside, plain=plain)
 
@@ -166,6 +180,19 @@ class SearchState:
         others = tuple(m for m in self.missing if m.key != key)
         fit = refit_all(self.base, self.fit, [m.key for m in others])
         return replace(self, fit=fit, missing=others, plain=None)
+
+
+def curve_of(terms: Sequence[Mapping[str, Any]], site: Site, given: Effect | None = None) -> Effect | None:
+    """Return the effect `curve` with some terms, its amplitudes at null, behind those of the curve that a model has.
+
+    Args:
+        terms: fields of the effect, for one term each; site: where the measured point and the instrument are.
+        given: the curve of the model; None where it has none.
+    """
+    cls = effect_in_role(Role.CURVE)
+    place = {"point_m": site.point, "instrument_m_rad": site.instrument}
+    parts = [*([] if given is None else [given]), *(cls(**term, **place) for term in terms)]
+    return reduce(lambda first, other: first.plus(other), parts) if parts else None  # type: ignore[attr-defined]
 
 
 def _left_by(before: Fit, after: Fit) -> float:

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.estimation.channels import fit_channels
 from postproc.estimation.fitted import Fit
 
 FEWEST, MOST, IN_EACH = 12, 48, 30
@@ -62,7 +61,7 @@ def joint_inverse(fit: Fit) -> Array:
 
 def residual_trends(fit: Fit) -> tuple[Trend, ...]:
     """Return the residual against every channel, in space and at the channel's joint, the largest share first."""
-    error, named = fit.observed_error.copy(), fit_channels(fit)
+    error, named = fit.observed_error.copy(), fit.problem.channels
     error[list(fit.set_aside)] = np.nan
     seen = np.asarray(np.isfinite(error).any(axis=0))
     good = np.asarray(np.isfinite(error[:, seen]).all(axis=1))

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
+from postproc.channels.state import State
 from postproc.diagnostics import Diagnostic, Source, Span
-from postproc.effects.contract import State
 from postproc.measure.observations import Observation, observations
 
 FEWEST_ROWS_JUDGED = 8

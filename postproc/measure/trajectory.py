@@ -9,8 +9,8 @@ from numpy.lib.stride_tricks import sliding_window_view as windows
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
+from postproc.channels.state import State
 from postproc.diagnostics import Diagnostic, Source
-from postproc.effects.contract import State
 from postproc.measure.clock import FEWEST_ROWS_IN_LINE, evenly_spaced, without_restarts
 
 GAP_S = 0.25

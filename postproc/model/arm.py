@@ -11,8 +11,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array, gravity_in
+from postproc.channels.state import State
 from postproc.effects.base import Effect
-from postproc.effects.contract import State
 from postproc.effects.roles import Role
 from postproc.model.multibody import Multibody
 from postproc.robot.arm import Robot

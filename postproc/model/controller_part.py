@@ -11,10 +11,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from postproc.channels.state import State
 from postproc.diagnostics import PostprocError, did_you_mean
 from postproc.effects.asking import displacement_of, load_of
 from postproc.effects.base import Effect
-from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.chain import deflected_chain
 

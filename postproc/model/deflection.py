@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.channels.state import State
 from postproc.effects.asking import displacement_of
-from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.chain import Chain
 from postproc.robot.pose import displace

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
+from postproc.channels.state import State
 from postproc.diagnostics import Diagnostic
 from postproc.effects.asking import load_of
 from postproc.effects.base import Effect
-from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.equilibrium import equilibrium
 from postproc.model.uncertainty import read_uncertainty

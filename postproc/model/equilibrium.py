@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from postproc.arrays import Array, blocks
+from postproc.channels.state import State
 from postproc.diagnostics import PostprocError
 from postproc.effects.asking import displacement_of
-from postproc.effects.contract import State
 from postproc.model.arm import ALL_BODIES, Model
 from postproc.model.chain import Chain, deflected_chain
 from postproc.model.deflection import REACH, Deflection, deflect, distance, moved_by, moves, tcp

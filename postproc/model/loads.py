@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.channels.state import State
 from postproc.effects.asking import load_of
-from postproc.effects.contract import State
 from postproc.effects.geometry import force_at, point_acceleration
 from postproc.model.arm import Model
 from postproc.model.chain import Chain, Directions, deflected_chain, directions, generalised_forces

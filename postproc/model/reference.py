@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from postproc.arrays import Array, invert
-from postproc.effects.contract import State
+from postproc.channels.state import State
 from postproc.robot.cells.cell import LETTERS
 from postproc.robot.cells.station import Station
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.effects.contract import State
+from postproc.channels.state import State
 from postproc.effects.roles import Role
 from postproc.model.arm import Model
 from postproc.model.deflection import Deflection

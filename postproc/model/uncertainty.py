@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array, blocks
+from postproc.channels.state import State
 from postproc.effects.asking import displacement_of
-from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.derivatives.places import BATCH, PLACES, displacement_parts, flat
 from postproc.model.derivatives.sensitivity import grown_sensitivity

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.effects.contract import State
+from postproc.channels.state import State
 from postproc.model.arm import Model
 from postproc.model.uncertainty import Uncertainty, derivatives, parameter_name, read_uncertainty
 

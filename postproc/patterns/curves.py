@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import product
-from typing import Any
 
 import numpy as np
 
 from postproc.arrays import finest
-from postproc.estimation.channels import shown
+from postproc.channels.units import shown
 from postproc.patterns.formula import Block, Group, Pattern, SignalCurve, acting, block, is_angle, switching
 from postproc.patterns.signals import Signal
 
@@ -31,79 +30,57 @@ FINEST, MANY = 4, 8000
 """How often a pattern is looked at closer; how many places of all its numbers together are asked at once."""
 
 
-def cosine(x: Any, order: Any, phase: Any) -> Any:
-    """Return cos(order x - phase): (n,), or (P, n) in single precision for (P, 1) orders and phases."""
-    if np.ndim(order) == 0:
-        return np.cos(order * x - phase)
-    # Of many waves in single precision, which is many times as fast; within half a turn it is exact enough for that.
-    share = (order / (2 * np.pi)) * x - phase / (2 * np.pi)
-    return np.cos(2 * np.pi * (share - np.rint(share)).astype(np.float32))
+def fixed(
+    basis: str, said: str, kind: str, noun: str = "", gate: str = "", numbers: tuple[float, ...] = ()
+) -> SignalCurve:
+    """Return a curve whose numbers are not searched: its basis and their values, its description ``said``, its kind.
 
-
-def _cycle(x: Any, order: Any, start: Any) -> Any:
-    """Return (order x / (2 pi) - start) mod 1, the share of a period that has passed at x; start is one, too."""
-    return (order / (2 * np.pi) * x - start) % 1.0
-
-
-def fixed(law: Callable[[Any], Any], said: str, kind: str, noun: str = "", gate: str = "") -> SignalCurve:
-    """Return a curve without numbers: law f(x), description ``said``, kind for the prior odds, ``noun`` as a factor.
-
-    ``gate`` says in words where it is on, and makes it a possible switch (`SignalCurve`).
+    Args:
+        noun: description as a factor of a product; gate: where it is on, in words, which makes it a possible switch.
     """
-    return SignalCurve(law, said, kind, noun=noun, gate=(gate, f"not {gate}") if gate else ())
+    return SignalCurve(basis, said, kind, noun=noun, gate=(gate, f"not {gate}") if gate else (), fixed=numbers)
 
 
-LINE = fixed(lambda x: x, "proportional", "line", "{label}")
-LINE_OF = fixed(lambda x: x, "proportional to {label}", "line", "{label}")
-SIDE = fixed(np.sign, "side of {label}", "side", "side of {label}")
-SIZE = fixed(np.abs, "size of {label}", "side", "size of {label}")
-ROOT = fixed(lambda x: np.sqrt(np.abs(x)), "growing with the root of {label}", "curve")
-SIDED_ROOT = fixed(lambda x: np.sign(x) * np.sqrt(np.abs(x)), "growing with the root of {label}, to its side", "curve")
-SIDED_SQUARE = fixed(lambda x: x * np.abs(x), "growing with the square of {label}, to its side", "curve")
-SQUARE = fixed(lambda x: x * x, "growing with the square of {label}", "curve")
-STEP = SignalCurve(lambda x, e: x > e, "step near {n0}{of}", "step", ("edge",), gate=("above {n0}", "below {n0}"))
-RISE = SignalCurve(lambda x, c, w: np.tanh((x - c) / w), "rising about {n0}, over {n1}{of}", "step", ("knot", "width"))
-KINK = SignalCurve(lambda x, k: np.abs(x - k), "kink near {n0}{of}", "kink", ("knot",))
-ABOVE = SignalCurve(
-    lambda x, k: np.maximum(x - k, 0.0), "growing above {n0}{of}", "ramp", ("knot",), gate=("above {n0}, growing",)
-)
-BELOW = SignalCurve(
-    lambda x, k: np.maximum(k - x, 0.0), "growing below {n0}{of}", "ramp", ("knot",), gate=("below {n0}, growing",)
-)
+ORIGIN = (0.0,)
+LINE = fixed("line", "proportional", "line", "{label}", numbers=ORIGIN)
+LINE_OF = fixed("line", "proportional to {label}", "line", "{label}", numbers=ORIGIN)
+SIDE = fixed("side", "side of {label}", "side", "side of {label}")
+SIZE = fixed("size", "size of {label}", "side", "size of {label}")
+ROOT = fixed("root", "growing with the root of {label}", "curve")
+SIDED_ROOT = fixed("sided_root", "growing with the root of {label}, to its side", "curve")
+SIDED_SQUARE = fixed("sided_square", "growing with the square of {label}, to its side", "curve")
+SQUARE = fixed("square", "growing with the square of {label}", "curve")
+STEP = SignalCurve("step", "step near {n0}{of}", "step", ("edge",), gate=("above {n0}", "below {n0}"))
+RISE = SignalCurve("rise", "rising about {n0}, over {n1}{of}", "step", ("knot", "width"))
+KINK = SignalCurve("kink", "kink near {n0}{of}", "kink", ("knot",))
+ABOVE = SignalCurve("above", "growing above {n0}{of}", "ramp", ("knot",), gate=("above {n0}, growing",))
+BELOW = SignalCurve("below", "growing below {n0}{of}", "ramp", ("knot",), gate=("below {n0}, growing",))
 SQUARED = {
-    c: SignalCurve(
-        lambda x, k, law=c.law: law(x, k) ** 2, c.said.replace("{of}", ", with the square{of}"), "ramp", ("knot",)
-    )
+    c: SignalCurve(f"{c.basis}_squared", c.said.replace("{of}", ", with the square{of}"), "ramp", ("knot",))
     for c in (ABOVE, BELOW)
 }
 SIDED = {
     c: SignalCurve(
-        lambda x, k, law=c.law: law(np.abs(x), k) * np.sign(x),
+        f"sided_{c.basis}",
         c.said.replace("{of}", " of |{label}|, to the side of {label}"),
         "ramp",
         ("knot",),
-        "{label}" + c.said.replace("proportional", "").replace("{of}", " of |{label}|"),
+        "{label}" + c.said.replace("{of}", " of |{label}|"),
     )
     for c in (ABOVE, BELOW)
 }
-BOW = SignalCurve(lambda x, k: (x - k) ** 2, "growing to either side of {n0}, with the square{of}", "curve", ("knot",))
+BOW = SignalCurve("bow", "growing to either side of {n0}, with the square{of}", "curve", ("knot",))
 WINDOW = SignalCurve(
-    lambda x, a, b: (x > a) & (x < b),
+    "window",
     "only between {n0} and {n1}{of}",
     "window",
     ("edge", "edge"),
     gate=("between {n0} and {n1}", "not between {n0} and {n1}"),
 )
-BUMP = SignalCurve(
-    lambda x, c, w: np.exp(-0.5 * ((x - c) / w) ** 2),
-    "bump near {n0}, {n1} wide{of}",
-    "window",
-    ("knot", "width"),
-    gate=("near {n0}, {n1} wide",),
-)
-LEVELLING = SignalCurve(lambda x, w: np.tanh(x / w), "levelling off over {n0}{of}", "rise", ("reach",))
+BUMP = SignalCurve("bump", "bump near {n0}, {n1} wide{of}", "window", ("knot", "width"), gate=("near {n0}, {n1} wide",))
+LEVELLING = SignalCurve("levelling", "levelling off over {n0}{of}", "rise", ("reach",))
 WAVE = SignalCurve(
-    cosine,
+    "wave",
     "{verb} {each}{of}, with a crest near {at}",
     "wave",
     ("order", "phase"),
@@ -111,21 +88,13 @@ WAVE = SignalCurve(
 )
 _CYCLIC = ("order", "start")
 FOLDS = tuple(
-    SignalCurve(law, f"{word} wave {{each}}{{of}}, highest near {{at}}", "wave", _CYCLIC)
-    for word, law in (
-        ("folded", lambda x, k, s: np.abs(np.cos(0.5 * (k * x - 2 * np.pi * s)))),
-        ("halved", lambda x, k, s: np.maximum(np.cos(k * x - 2 * np.pi * s), 0.0)),
-        ("triangular", lambda x, k, s: np.abs(2 * _cycle(x, k, s) - 1)),
-    )
+    SignalCurve(basis, f"{basis} wave {{each}}{{of}}, highest near {{at}}", "wave", _CYCLIC)
+    for basis in ("folded", "halved", "triangular")
 )
 """Waves that only go one way, or straight up and down: an eccentric that pushes, a bearing that gives, magnets."""
-TOOTH = SignalCurve(
-    lambda x, k, s: 2 * _cycle(x, k, s) - 1, "saw tooth {each}{of}, with a jump near {at}", "wave", _CYCLIC
-)
+TOOTH = SignalCurve("saw_tooth", "saw tooth {each}{of}, with a jump near {at}", "wave", _CYCLIC)
 """What an encoder does that repeats on each of its marks."""
-PULSE = SignalCurve(
-    lambda x, k, s, d: _cycle(x, k, s) < d, "pulses {each}{of}, one from {at} to {end}", "wave", (*_CYCLIC, "duty")
-)
+PULSE = SignalCurve("pulse", "pulses {each}{of}, one from {at} to {end}", "wave", (*_CYCLIC, "duty"))
 
 
 def line(signal: Signal, origin: float = 0.0) -> Block:
@@ -133,7 +102,7 @@ def line(signal: Signal, origin: float = 0.0) -> Block:
     curve = LINE_OF if signal.of else LINE
     if origin:
         noun = f"{{label}}, counted from {shown(signal.unit, origin)},"
-        curve = replace(curve, law=lambda x: x - origin, noun=noun)
+        curve = replace(curve, fixed=(origin,), noun=noun)
     return block(curve, signal)
 
 
@@ -148,7 +117,7 @@ def of_signal(signal: Signal) -> Iterator[Block]:
     centre, half = signal.middle, 0.5 * float(np.ptp(x))
     yield line(signal, centre)
     yield block(BOW, signal, [(centre,)])
-    yield block(fixed(lambda x: ((x - centre) / half) ** 3, "s-shaped{of}", "curve"), signal)
+    yield block(fixed("cube", "s-shaped{of}", "curve", numbers=(centre, half)), signal)
     both = x.min() < 0 < x.max()
     for curve in (SIDED_SQUARE, SIDED_ROOT) if both else (ROOT,) if x.min() >= 0 else ():
         yield block(curve, signal)
@@ -167,7 +136,7 @@ def of_channel(signal: Signal) -> Iterator[Block]:
     What grows from a size on may do so to one side in both directions, or to its own side in each: stops, free play.
     """
     yield from of_signal(signal)
-    if signal.name[0] in "qval" and signal.values.min() < 0 < signal.values.max():
+    if signal.leading[0] in "qval" and signal.values.min() < 0 < signal.values.max():
         yield block(SIDE, signal)
         for some in of_signal(signal.size):
             yield some
@@ -201,32 +170,23 @@ def levels(signal: Signal) -> Iterator[Block]:
 
 def level(signal: Signal, some: Sequence[float], near: float) -> SignalCurve:
     """Return the curve that is 1 where a signal is within ``near`` of any of some values, and 0 elsewhere."""
-
-    def law(x: Any) -> Any:
-        """Return where x is near one of the values."""
-        found = np.abs(x - some[0]) < near
-        for value in some[1:]:
-            found = found | (np.abs(x - value) < near)
-        return found
-
     said = " or ".join(shown(signal.unit, value) for value in some)
-    return fixed(law, f"at {said}{{of}}", "level", gate=f"at {said}")
+    basis = "level" if len(some) == 1 else "either_level"
+    return fixed(basis, f"at {said}{{of}}", "level", gate=f"at {said}", numbers=(near, *some))
 
 
 def settling(signal: Signal) -> tuple[SignalCurve, SignalCurve]:
     """Return the curves exp(-(x - s) / t) and log(1 + (x - s) / t) with one number t, s being the lowest value."""
-    start, kind, reach = float(signal.values.min()), "settling", ("reach",)
-    said = ("settling within {n0}{of}", "growing with the logarithm, bent at {n0}{of}")
-    # A draft is asked for states before the first that was measured, too.
+    start, reach = (float(signal.values.min()),), ("reach",)
     return (
-        SignalCurve(lambda x, t: np.exp(-(x - start) / t), said[0], kind, reach),
-        SignalCurve(lambda x, t: np.log1p(np.maximum((x - start) / t, 0.0)), said[1], kind, reach),
+        SignalCurve("settling", "settling within {n0}{of}", "settling", reach, fixed=start),
+        SignalCurve("logarithm", "growing with the logarithm, bent at {n0}{of}", "settling", reach, fixed=start),
     )
 
 
 def own_or_time(signal: Signal) -> bool:
     """Return whether a signal is time or an unknown column of the table, and so may settle or repeat at any period."""
-    return signal.name == "time" or signal.of_table
+    return signal.leading == "time" or signal.column
 
 
 def waves(signal: Signal, orders: Iterable[float]) -> Block:

@@ -11,14 +11,16 @@ from itertools import combinations, groupby, pairwise
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.channels.sight import Site
+from postproc.channels.state import State
+from postproc.channels.units import recorded, shown
 from postproc.diagnostics import joined
-from postproc.effects.contract import State
-from postproc.estimation.channels import shown
 from postproc.measure.read.own import MOST_LEVELS
 from postproc.patterns.curves import (
     GEAR,
     LINE,
     LOW,
+    ORIGIN,
     SIDE,
     SIZE,
     SQUARE,
@@ -48,16 +50,14 @@ from postproc.patterns.formula import (
     side_by_side,
     switching,
 )
-from postproc.patterns.instrument_model import Sight, around
+from postproc.patterns.instrument_model import around, readings
 from postproc.patterns.memory import lags, memories
 from postproc.patterns.pattern_prior import APART, LOADED, UNNAMED_LOG_PRIOR, odds, sort_of_place
-from postproc.patterns.signals import Signal, added, channel_signal, place_code
+from postproc.patterns.signals import TABLE, Signal, added, channel_signal
 from postproc.patterns.tool_frame_forces import LEANS, overturning, pulls
 
 SWAYED = ("q", "dir", "payload", "x", "y", "z")
 """Channels that may be the size of what comes again in time or along a column of the table's own."""
-TABLE = frozenset({"row", "session", "temperature", "time", "payload"})
-"""Channels of a table that are neither the arm's nor columns of its own."""
 
 
 @dataclass(frozen=True)
@@ -205,18 +205,18 @@ def _factors(pattern: Pattern) -> Iterator[tuple[Pattern, str]]:
     elif len(pattern.factors) == 2:
         for k, (curve, signal, own) in enumerate(pattern.each):
             plain = LINE if curve.kind == "line" else curve
-            yield replace(pattern, factors=((plain, signal),), numbers=own), pattern.factors[1 - k][1].name
+            yield replace(pattern, factors=((plain, signal),), numbers=own), pattern.factors[1 - k][1].leading
 
 
-def patterns(channels: Mapping[str, Array], state: State, position: Array, sight: Sight | None = None) -> Patterns:
+def patterns(state: State, site: Site, seen: bool = True) -> Patterns:
     """Return all patterns to try on measured rows: of channels, of forces on tool and footing, and of the rows before.
 
     Args:
-        channels: (n,) values by name; state: of the n rows; position: (n, 3) of the tool in base axes [m].
-        sight: the measured point as the instrument sees it; without it no pattern follows the instrument's readings.
+        state: of the rows, with poses and loads filled in; site: where the measured point and the instrument are.
+        seen: whether an instrument sees the point, so that patterns may follow its readings.
     """
-    place = place_code(state, position)
-    signals = {name: channel_signal(name, values, place) for name, values in channels.items()}
+    channels = recorded(state, site)
+    signals = {name: channel_signal(name, values, state) for name, values in channels.items()}
     said = words(signals)
     signals = {name: s for name, s in signals.items() if name.partition("=")[0] not in said}
     # A row's number stands for a time that nobody wrote down: it has shapes, and leads nothing else.
@@ -226,25 +226,24 @@ def patterns(channels: Mapping[str, Array], state: State, position: Array, sight
     found = [*single, *(b for s in number for b in of_signal(s)), *(sways(s) for s in every if own_or_time(s))]
     for first, second in combinations(every, 2):
         found += of_two(first, second)
-    slow = [s for s in every if s.name in ("temperature", "time", "payload") or s.of_table]
+    slow = [s for s in every if s.leading in ("temperature", "time", "payload") or s.column]
     others = [*slow, *(s for column in said.values() for s in column)]
-    found += of_angles([s for s in every if s.name[0] == "q" and s.name[1:].isdigit()], slow)
+    found += of_angles([s for s in every if s.leading[0] == "q" and s.leading[1:].isdigit()], slow)
     # What flows into a tank or off a drum weighs as much as there is of it.
-    found += [line(s).with_(where="weight") for s in slow if s.of_table]
+    found += [line(s).with_(where="weight") for s in slow if s.column]
     if {"x", "y"} <= set(signals):
         x, y = signals["x"], signals["y"]
-        code = f"np.hypot({x.code}, {y.code})" if place else ""
-        away = Signal(("x", "y"), np.hypot(x.values, y.values), code, "x", "the distance from joint 1")
+        away = Signal(("x", "y"), np.hypot(x.values, y.values), "radius", "x", "the distance from joint 1")
         found.append(block(SQUARE, away))
     if "time" in signals or number:
         found += memories(signals, state.session)
-    found += [*lags(signals), *pulls(state, position), *around(position, place)]
-    found += sight.blocks(others) if sight is not None else ()
+    found += [*lags(signals), *pulls(state, site), *around(state, site)]
+    found += readings(state, site, others) if seen else ()
     leaning, wide = overturning(state, others)
-    wide = [*wide, *(p for s in every if s.of_table for p in each_level(s))]
+    wide = [*wide, *(p for s in every if s.column for p in each_level(s))]
     wide += [p for column in said.values() for p in each_word(column)]
     gates = [b for b in single if len(b) and b.like.factors[0][0].gate]
-    apart = frozenset({"row", "session", *said, *(s.name for s in slow)})
+    apart = frozenset({"row", "session", *said, *(s.leading for s in slow)})
     return Patterns([b for b in (*found, *leaning) if len(b)], wide, gates, apart)
 
 
@@ -263,9 +262,9 @@ def of_angles(angles: Sequence[Signal], slow: Sequence[Signal]) -> Iterator[Bloc
         # What is as fine as teeth and marks comes from a gear or an encoder, and both turn a joint.
         yield waves(angle, range(GEAR + 1, TEETH + 1)).with_(where="joint")
     sums = [added(pair, sign) for pair in combinations(angles, 2) for sign in "+-"]
-    near = [a.names + b.names for a, b in pairwise(angles)]
+    near = [a.channels + b.channels for a, b in pairwise(angles)]
     for turn in [*sums, *map(added, zip(angles, angles[1:], angles[2:], strict=False))]:
-        close = turn.names in near or len(turn.names) > 2
+        close = turn.channels in near or len(turn.channels) > 2
         yield waves(turn, LOW)
         yield from (b for b in breaks(turn) if close or b.like.kind == "kink")
         for size in slow if close else ():
@@ -276,15 +275,15 @@ def of_two(first: Signal, second: Signal) -> Iterator[Block]:
     """Yield products of two signals: line by line, wave by wave, and waves of one with the other as amplitude."""
     for a, b in ((0.0, 0.0), (float(first.values.mean()), float(second.values.mean()))):
         yield product_of(line(first, a), line(second, b), "product")
-    if first.name[0] == second.name[0] == "q":
+    if first.leading[0] == second.leading[0] == "q":
         yield product_of(_quarters(first, LOW), _quarters(second, LOW), "product of waves")
-    elif first.name[0] == "q" and second.name not in ("x", "y", "z"):
+    elif first.leading[0] == "q" and second.leading not in ("x", "y", "z"):
         # A gear's line of any order may grow with a load; what tilts or bends does so with the angle itself.
         yield from swelling(first, second, range(1, GEAR + 1))
     for side, size in ((first, second), (second, first)):
-        if own_or_time(side) and size.name.rstrip("123456") in SWAYED:
+        if own_or_time(side) and size.leading.rstrip("123456") in SWAYED:
             yield from swelling(side, size, periods(side))
-        if side.name.startswith(("dir", "v")) and size.name.startswith("load"):
+        if side.leading.startswith(("dir", "v")) and size.leading.startswith("load"):
             yield product_of(block(SIDE, side), block(SIZE, size), "product")
 
 
@@ -302,7 +301,7 @@ def swelling(angle: Signal, size: Signal, orders: Iterable[float]) -> Iterator[B
     low = [order for order in every if order <= max(LOW) or not is_angle(angle)]
     # Where a channel hardly leaves one side, its part that does not change is a wave of its own.
     for origin in (0.0, middle) if abs(middle) > 0.3 * size.values.std() else (0.0,):
-        for where, some in ((None, low), (f"joint {angle.name[1:]}", every[len(low) :])):
+        for where, some in ((None, low), (f"joint {angle.leading[1:]}", every[len(low) :])):
             yield product_of(line(size, origin), _quarters(angle, some), kind, where)
 
 
@@ -323,11 +322,11 @@ def words(signals: Mapping[str, Signal]) -> dict[str, list[Signal]]:
     for name, signal in signals.items():
         column, sign, word = name.partition("=")
         if sign and set(signal.distinct) <= {0.0, 1.0}:
-            found.setdefault(column, []).append(replace(signal, names=(column,), unit="", label=word))
+            found.setdefault(column, []).append(replace(signal, channels=(column,), unit="", label=word))
     for some in found.values():
         if (nothing := 1 - np.sum([s.values for s in some], axis=0)).any():
-            code = f"(1 - {' - '.join(s.code for s in some)})"
-            some.append(replace(some[0], values=nothing, code=code, label="empty"))
+            name = " - ".join(["1", *(s.name for s in some)])
+            some.append(replace(some[0], values=nothing, name=name, label="empty"))
     return found
 
 
@@ -338,8 +337,9 @@ def of_words(column: Sequence[Signal]) -> Iterator[Block]:
         column: one signal per word (`words`).
     """
     for signal in column[:1] if len(column) == 2 else column:
-        said = f"where {signal.name} is {signal.label}"
-        yield block(fixed(lambda x: x, said, "level", said, signal.label), replace(signal, label=signal.name))
+        said = f"where {signal.leading} is {signal.label}"
+        word = fixed("line", said, "level", said, signal.label, ORIGIN)
+        yield block(word, replace(signal, label=signal.leading))
 
 
 def each_word(column: Sequence[Signal]) -> Iterator[Pattern]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property, reduce
 from operator import mul
 from typing import Any
@@ -12,16 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.estimation.channels import shown, within
-from postproc.patterns.signals import Draft, Movable, Signal, unit, written
+from postproc.channels.expression import Channel, channel
+from postproc.channels.units import shown, within
+from postproc.effects.bases import law_of
+from postproc.patterns.signals import Signal, unit
 
-Law = Callable[..., Any]
-"""A formula of a signal, as values or as text, and of numbers."""
 Single = NDArray[np.float32]
 Edge = tuple[float, float]
 """Between which values a number of a curve lies."""
-MOVED = {"knot": "knot", "edge": "edge", "width": "width", "reach": "width", "order": "order", "phase": "phase"}
-"""Kinds of numbers that have a name in a draft, and as what: a fit may move them, but for an edge (`Movable`)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,21 +27,41 @@ class SignalCurve:
     """A function of one signal that a few numbers form.
 
     Args:
-        law: f(x, *numbers) of the signal's values; said: its description, a template (`SignalCurve.words`).
+        basis: name of the function (`effects.bases`), with a gate before it in a switch; said: its description, a
+            template (`SignalCurve.words`).
         kind: patterns of one kind are together as likely as those of any other, however many there are.
-        numbers: the kind of each number: edge, knot, width (half of it), reach, order, phase, start or duty.
+        numbers: the kind of each number that is searched: edge, knot, width (half of it), reach, order, phase, start or
+            duty.
+        fixed: numbers of the function before those.
         noun: its description as a factor of a product.
         gate: in words, where it is on and where it is off, if it may restrict another pattern to there.
         switch: the curve, and the side, of a curve that `switching` has made.
+        derived: for a curve whose one number derives its channel: the function (`play`), the number's unit, and
+            f(x, number) of the signal's values.
     """
 
-    law: Law = field(repr=False)
+    basis: str
     said: str
     kind: str
     numbers: tuple[str, ...] = ()
     noun: str = ""
     gate: tuple[str, ...] = ()
     switch: tuple[SignalCurve, int] | None = None
+    fixed: tuple[float, ...] = ()
+    derived: tuple[str, str, Callable[..., Any]] | None = None
+
+    def law(self, x: Any, *numbers: Any) -> Any:
+        """Return the curve of the signal's values (n,), or (P, n) of P curves for numbers (P, 1)."""
+        if self.derived is not None:
+            return self.derived[2](x, *numbers)
+        return law_of(self.basis)(x, *self.fixed, *numbers)
+
+    def factor(self, signal: Signal, numbers: Sequence[float]) -> tuple[str, str, tuple[float, ...]]:
+        """Return channel, function and its numbers as a term of the effect `curve` has them."""
+        if self.derived is None:
+            return signal.name, self.basis, (*self.fixed, *numbers)
+        head, unit_name, _ = self.derived
+        return Channel(head, (channel(signal.name),), float(numbers[0]), unit_name).name, "line", (0.0,)
 
     def words(self, template: str, signal: Signal, numbers: Sequence[float], spans: Sequence[Edge]) -> str:
         """Return a template filled with the words for a signal and the numbers of this curve.
@@ -56,11 +74,11 @@ class SignalCurve:
         words = {f"n{k}": within(signal.unit, *span) for k, span in enumerate(spans)}
         if "order" in self.numbers:
             order, share = numbers[0], numbers[1] / (2 * np.pi if self.numbers[1] == "phase" else 1.0)
-            words["each"], words["verb"] = repetition(signal, order), "swaying" if signal.name == "time" else "wave"
+            words["each"], words["verb"] = repetition(signal, order), "swaying" if signal.leading == "time" else "wave"
             words["at"] = shown(signal.unit, wave_place(signal, order, share))
             if len(numbers) > 2:
                 words["end"] = shown(signal.unit, wave_place(signal, order, share) + numbers[2] * 2 * np.pi / order)
-        return template.format(of=signal.of, label=signal.label, name=signal.name, **words)
+        return template.format(of=signal.of, label=signal.label, name=signal.leading, **words)
 
 
 def is_angle(signal: Signal) -> bool:
@@ -162,24 +180,13 @@ class Pattern:
     @cached_property
     def channels(self) -> tuple[str, ...]:
         """Names of the channels that it follows, each once: the leading one of every signal first, then the others."""
-        most = max(len(s.names) for s in self.signals)
-        return tuple(dict.fromkeys(s.names[k] for k in range(most) for s in self.signals if k < len(s.names)))
+        most = max(len(s.channels) for s in self.signals)
+        return tuple(dict.fromkeys(s.channels[k] for k in range(most) for s in self.signals if k < len(s.channels)))
 
-    @cached_property
-    def drafts(self) -> tuple[Draft, ...]:
-        """Expressions of a ``state`` that give its values, one for each part, with the numbers that a fit may move.
-
-        Empty where a signal cannot be computed from a state alone.
-        """
-        largest, every = float(np.abs(self.raw).max()), [p._text() for p in self.parts or (self,)]
-        if any(text is None for text in every):
-            return ()
-        return tuple((text if abs(largest - 1) < 1e-3 else text / largest).draft for text in every)
-
-    def _text(self) -> Any:
-        """Return the product of its curves as a `TracedExpression`; None where a signal has no expression."""
-        some = [written(c.law, s, _movable(c, s, own)) for c, s, own in self.each]
-        return None if any(text is None for text in some) else reduce(mul, some)
+    @property
+    def factors_of_terms(self) -> list[list[tuple[str, str, tuple[float, ...]]]]:
+        """Channel, function and its numbers of every factor, of each of its parts, as `curve` has them."""
+        return [[c.factor(s, own) for c, s, own in part.each] for part in self.parts or (self,)]
 
     @property
     def text(self) -> str:
@@ -206,19 +213,8 @@ class Pattern:
         return said
 
 
-def _movable(curve: SignalCurve, signal: Signal, numbers: Sequence[float]) -> list[float]:
-    """Return the numbers of a curve, those that a fit may move as `Movable`; a whole order of an angle stays fixed."""
-
-    def still(kind: str, x: float) -> bool:
-        """Return whether a fit has to keep a number."""
-        return kind not in MOVED or (kind == "order" and is_angle(signal) and x.is_integer())
-
-    every = zip(curve.numbers, numbers, strict=True)
-    return [x if still(kind, x) else Movable(x, MOVED[kind], signal) for kind, x in every]
-
-
-SIDES: tuple[Callable[[Any], Any], ...] = (lambda g: g, lambda g: 1 - g, lambda g: 1 - 2 * g)
-"""What a switch g makes of a pattern: it acts only there, only elsewhere, and there the other way round."""
+SIDES = ("only", "except", "reversed")
+"""Gates (`effects.bases`) in which a switch multiplies a pattern."""
 
 
 def switching(curve: SignalCurve, side: int) -> SignalCurve:
@@ -230,8 +226,7 @@ def switching(curve: SignalCurve, side: int) -> SignalCurve:
     """
     only, other = "only where {label} is ", "the other way where {label} is "
     said = other + curve.gate[0] if side == 2 else only + curve.gate[side]
-    law = curve.law
-    return replace(curve, law=lambda x, *own: SIDES[side](law(x, *own)), said=said, noun=said, switch=(curve, side))
+    return replace(curve, basis=f"{SIDES[side]} {curve.basis}", said=said, noun=said, switch=(curve, side))
 
 
 FEW, FEW_SHARE = 6, 0.05

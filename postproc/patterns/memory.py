@@ -1,14 +1,16 @@
-"""What the rows before have left behind: the row before, a slide dragged along, late warmth. No state has it."""
+"""What the rows before have left behind: the row before, a slide dragged along, late warmth."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.patterns.curves import LOW, fixed, of_signal, waves
+from postproc.channels.memory import lag, play, rows_before
+from postproc.patterns.curves import LOW, ORIGIN, fixed, of_signal, waves
 from postproc.patterns.formula import Block, SignalCurve, block
 from postproc.patterns.signals import Signal
 
@@ -29,29 +31,27 @@ def memories(signals: Mapping[str, Signal], session: Array | None = None) -> Ite
         signals: channels by name, rows in the order of measuring.
         session: (n,) session of each row; the first row of a session has no row before it.
     """
-    angles = [s.values for name, s in signals.items() if name[0] == "q" and name[1:].isdigit()]
+    angles = [s.values for s in signals.values() if s.leading[0] == "q" and s.leading[1:].isdigit()]
     if not angles:
         return
-    whole = np.stack(angles, axis=1)
-    moved = np.any(np.diff(whole, axis=0, prepend=whole[:1]) != 0, axis=1)
-    fresh = moved & False if session is None else np.diff(session, prepend=session[:1]) != 0
-    last = np.maximum.accumulate(np.where(moved | fresh, np.arange(len(moved)), 0))
-    first = np.maximum.accumulate(np.where(fresh, np.arange(len(moved)), 0))
+    last, earlier = rows_before(np.stack(angles, axis=1), session)
     for name, signal in signals.items():
-        before = signal.values[np.maximum(last - 1, first)]
-        way = replace(signal, values=signal.values[last] - before, code="")
-        yield block(fixed(np.sign, "whether it rose or fell since the row before", "way"), way)
-        yield block(fixed(lambda x: x, "by how much it rose since the row before", "way"), way)
-        yield block(fixed(np.abs, "by how much it rose or fell since the row before", "way"), way)
+        before = signal.values[earlier]
+        way = replace(signal, values=signal.values[last] - before, name=f"rise({signal.name})", column=False)
+        yield block(fixed("side", "whether it rose or fell since the row before", "way"), way)
+        yield block(fixed("line", "by how much it rose since the row before", "way", numbers=ORIGIN), way)
+        yield block(fixed("size", "by how much it rose or fell since the row before", "way"), way)
         if name == "payload" or name[0] == "q":
-            then = replace(signal, values=before, code="", label=f"{name} in the row before")
+            label = f"{name} in the row before"
+            then = replace(signal, values=before, name=f"before({signal.name})", label=label, column=False)
             some = [b for b in of_signal(then) if b.like.kind in BEFORE]
             for one in [*some, waves(then, LOW)] if name[0] == "q" else some:
                 yield one.with_(kind="before")
         if name[0] == "q" or name.startswith("load"):
             said = f"dragged along by {name}, and slipping after {{n0}} to either side, from row to row"
-            curve = SignalCurve(dragged, said, "dragged", ("reach",))
-            yield block(curve, replace(signal, code=""), [(share * np.ptp(signal.values),) for share in REACHES])
+            unit = "mrad" if name[0] == "q" else "N m"
+            curve = SignalCurve("line", said, "dragged", ("reach",), derived=("play", unit, play))
+            yield block(curve, signal, [(share * np.ptp(signal.values),) for share in REACHES])
 
 
 def lags(signals: Mapping[str, Signal]) -> Iterator[Block]:
@@ -60,55 +60,14 @@ def lags(signals: Mapping[str, Signal]) -> Iterator[Block]:
     Args:
         signals: of all channels, by name.
     """
-    warm = [s for s in signals.values() if s.name == "temperature" or s.of_table]
+    warm = [s for s in signals.values() if s.leading == "temperature" or s.column]
     for signal in warm if "time" in signals else ():
-        time, said = signals["time"].values, f"following {signal.name} with a lag of {{n0}}"
-        curve = SignalCurve(lambda x, lag, time=time: late(x, time, lag), said, "late", ("reach",))
-        after = replace(signal, code="", unit="time")
-        yield block(curve, after, [(share * np.ptp(time),) for share in LAGS])
+        time, said = signals["time"].values, f"following {signal.leading} with a lag of {{n0}}"
+        delayed = ("lag", "s", partial(_delayed, time))
+        curve = SignalCurve("line", said, "late", ("reach",), derived=delayed)
+        yield block(curve, replace(signal, unit="time"), [(share * np.ptp(time),) for share in LAGS])
 
 
-def dragged(x: Array, reach: float | Array) -> Array:
-    """Return what a signal drags along before it slips: z + dx / reach from row to row, within -1 and 1, first z = 0.
-
-    It describes play, and dry friction that sets in before it slips: the stop operator (Prandtl 1928, Z. angew. Math.
-    Mech. 8, 85).
-
-    Args:
-        x: (n,) values in the order of measuring.
-        reach: change of x after which it slips from zero; (P, 1) for P of them at once.
-
-    Returns:
-        (n,), or (P, n) for P reaches.
-    """
-    steps = np.diff(x) / reach
-    found = np.zeros((*steps.shape[:-1], len(x)))
-    for i in range(len(x) - 1):
-        found[..., i + 1] = np.clip(found[..., i] + steps[..., i], -1.0, 1.0)
-    return found
-
-
-def late(x: Array, time: Array, lag: float | Array) -> Array:
-    """Return the first-order lag z of a signal x, lag dz/dt = x - z: a casting that follows the air's temperature.
-
-    It is exact for a signal that is linear between the times, and starts settled (z = x) at the earliest time.
-
-    Args:
-        x: (n,) values; time: (n,) of each, in any order.
-        lag: time constant in the unit of time, (P, 1) for P of them at once.
-
-    Returns:
-        (n,), or (P, n) for P lags.
-    """
-    order = np.argsort(time, kind="stable")
-    steps, lag = np.diff(time[order], prepend=time[order[0]]), np.asarray(lag)[..., 0] if np.ndim(lag) else lag
-    z = before = np.broadcast_to(x[order[0]], np.shape(lag))
-    found = np.empty((*np.shape(lag), len(x)))
-    for i, step in zip(order, steps.tolist(), strict=True):
-        now = x[i]
-        if step > 0:
-            ahead = (now - before) * lag / step
-            z = now - ahead + (z - before + ahead) * np.exp(-step / lag)
-        found[..., i] = z
-        before = now
-    return found
+def _delayed(time: Array, x: Array, constant: float | Array) -> Array:
+    """Return the first-order lag of a signal, (n,) or (P, n) for time constants (P, 1)."""
+    return lag(x, time, constant)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from postproc.channels.sight import READINGS
 from postproc.patterns.formula import Pattern
-from postproc.patterns.instrument_model import WAYS
 from postproc.patterns.tool_frame_forces import LEANS
 
 UNNAMED_LOG_PRIOR = 16.0
@@ -18,7 +18,7 @@ LOADED = {"body 2, under a weight": 2, "body 3, under a weight": 3, "tool, under
 """What carries a weight that nobody modelled: a tank on the arm, a drum, a tool; on which body."""
 SEATED = "tool, shifted and turned"
 """What a flange or a changer does that gives way, where orientations are measured."""
-APART = frozenset([*FRAMES, *(f"instrument, {reading}" for reading in WAYS), *LOADED])
+APART = frozenset([*FRAMES, *(f"instrument, {reading}" for reading in READINGS), *LOADED])
 """Where the arm changes nothing but by leaning on it, and what is carried whatever the arm does."""
 ROOMS = {None: PLACES, "weight": 3, "joint": 6, "instrument": 6, "base": 2, LEANS: 1}
 """How many places there are of each sort, of any other one."""

@@ -5,21 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.channels.sight import READINGS, moved_by_reading
+from postproc.channels.tool import leaning, overturning_moment
 from postproc.effects.registry import effect_in_role
 from postproc.effects.roles import Role
 from postproc.estimation.linear import Linear
 from postproc.estimation.problem import Problem
 from postproc.model.derivatives.places import BODY, INSTRUMENT, TOOL
 from postproc.patterns.formula import Pattern, times_pattern
-from postproc.patterns.instrument_model import Sight
 from postproc.patterns.pattern_prior import FRAMES, LOADED, SEATED, UNNAMED_LOG_PRIOR, off_everywhere
 from postproc.patterns.place import excess_over_noise, taken_off
-from postproc.patterns.signals import Draft
-from postproc.patterns.tool_frame_forces import LEANS, leaning, overturning_moment
+from postproc.patterns.tool_frame_forces import LEANS
 
 TOLD = 5
 """Suspects that are told at most."""
@@ -59,9 +60,21 @@ class Suspect:
         return self.form.values
 
     @property
-    def drafts(self) -> tuple[Draft, ...]:
-        """Expressions of a state that give the values, one per part; empty where a state alone does not."""
-        return self.form.drafts
+    def terms(self) -> list[dict[str, Any]]:
+        """The fields of `curve`, one dictionary for each of its terms."""
+        largest = float(np.abs(self.form.raw).max()) or 1.0
+        every = [(factors, largest) for factors in self.form.factors_of_terms]
+        every += [([("1", "line", (0.0,))], 1.0)] if off_everywhere(self.where) else []
+        return [
+            {
+                "place": (self.where,),
+                "channels": (" * ".join(name for name, *_ in factors),),
+                "basis": (" * ".join(basis for _, basis, _ in factors),),
+                "numbers": tuple(x for *_, numbers in factors for x in numbers),
+                "largest": (size,),
+            }
+            for factors, size in every
+        ]
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -131,7 +144,9 @@ def places(problem: Problem, weighed: bool = True) -> dict[str, Array]:
     found["tool"] = J[:, :, TOOL : TOOL + 3]
     if J.shape[1] > 3:
         found[SEATED] = J[:, :, TOOL : TOOL + 6]
-    for reading, moves in Sight.of(problem.rest).moves().items():
+    seen = problem.rest.T_instrument_tcp[:, :3, 3]
+    for reading in READINGS:
+        moves = moved_by_reading(seen, reading)
         found[f"instrument, {reading}"] = np.pad(moves, ((0, 0), (0, J.shape[1] - 3)))[:, :, None]
     # A compliance that a missing load has pushed towards zero would hide it.
     springs = replace(problem.sensitivity, springs=problem.softer.springs)
@@ -162,16 +177,13 @@ def by_channel(suspects: Sequence[Suspect], beside: Sequence[Suspect] = ()) -> l
     # A second part that follows the same there comes after another channel of the first.
     again = [(s.channel, s.where) == (first.channel, first.where) for s in further]
     new, more = ([s for s, its in zip(further, again, strict=True) if its is which] for which in (False, True))
-    # Where a pose does not tell the first, what it tells of the same place: that can be drafted.
-    drafted = (s for s in suspects if s.where == first.where and s.drafts and s.evidence > 0)
-    instead = [] if first.drafts else list(drafted)[:1]
     # What else the same place follows comes before other places.
     best: dict[str, Suspect] = {}
     for suspect in sorted(likely, key=lambda s: s.where != first.where):
         best.setdefault(suspect.channel, suspect)
     known = {s.channel for s in same}
-    dresses = [s for s in best.values() if s.channel not in known and not any(s is one for one in instead)]
-    return [*same[:1], *new, *same[1:2], *more, *instead, *_elsewhere(suspects, likely), *dresses][:TOLD]
+    dresses = [s for s in best.values() if s.channel not in known]
+    return [*same[:1], *new, *same[1:2], *more, *_elsewhere(suspects, likely), *dresses][:TOLD]
 
 
 def _likely(suspects: Sequence[Suspect]) -> list[Suspect]:

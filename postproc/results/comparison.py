@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from postproc.estimation.channels import unit_of
+from postproc.channels.units import unit_of
 from postproc.estimation.findings import some_of_many
 from postproc.identification.compare import Comparison, sizes, worst_rows
 from postproc.identification.trends import Trend

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from postproc.channels.units import shown, unit_of
 from postproc.diagnostics import joined
 from postproc.effects.registry import BUILT_IN
-from postproc.estimation.channels import shown, unit_of
 from postproc.estimation.solving.smooth import effective_parameters
 from postproc.grouping import grouped
 from postproc.identification.candidates.candidate import Candidate

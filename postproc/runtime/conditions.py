@@ -9,9 +9,9 @@ from typing import Literal
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.channels.state import State
 from postproc.effects.asking import displacement_of
 from postproc.effects.base import FILLED_BY_MODEL, Effect
-from postproc.effects.contract import State
 from postproc.effects.roles import Role
 from postproc.model.arm import Model
 from postproc.robot.kinematics import body_poses

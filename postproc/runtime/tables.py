@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
+from postproc.channels.state import State
 from postproc.diagnostics import PostprocError
 from postproc.effects.asking import displacement_of, load_of
 from postproc.effects.base import Effect
-from postproc.effects.contract import State
 from postproc.effects.run_time import Law, Laws, RunTimeTables
 from postproc.model.arm import Model
 from postproc.model.equilibrium import equilibrium

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from postproc.arrays import Array, invert
-from postproc.effects.contract import State
+from postproc.channels.state import State
 from postproc.model.arm import Model
 from postproc.model.derivatives.stiffness import stiffness
 from postproc.model.equilibrium import Equilibrium, equilibrium

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from postproc.channels.state import State
 from postproc.effects.base import Displacement, Effect, param
-from postproc.effects.contract import State
 from tests.build import arm, convert, module, target
 
 

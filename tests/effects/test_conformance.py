@@ -165,7 +165,7 @@ def test_an_error_of_an_effect_says_what_to_do(effect_file, code, line, helps):
     assert helps in found.help
 
 
-BASIS = """def basis(self, state):
+BASIS = """def joint_basis(self, state):
     from postproc.effects.base import JointBasis
     return JointBasis(np.arange(6), state.q)
 def displacement(self, state): return -self.step_rad * state.q
@@ -275,14 +275,14 @@ def test_derivatives_against_central_differences(cls):
         for column, i in zip(sensitivity(sized, state, freed).T, freed, strict=True):
             up, down = (sized.with_vector(sized.vector() + s * step * (np.arange(len(step)) == i)) for s in (1, -1))
             whole = (contribution(up, state) - contribution(down, state)) / 2e-5
-            exact = whole[:, :6] if effect.basis(state) is not None else whole
-            dense = column if effect.basis(state) is None else spread_over_joints(effect, state, column, i)
+            exact = whole[:, :6] if effect.joint_basis(state) is not None else whole
+            dense = column if effect.joint_basis(state) is None else spread_over_joints(effect, state, column, i)
             np.testing.assert_allclose(dense, exact.ravel(), rtol=1e-5, atol=1e-7 * np.abs(whole).max())
 
 
 def spread_over_joints(effect, state, column, i):
     dense = np.zeros((len(state), 6))
-    dense[:, effect.basis(state).joint[i]] = column
+    dense[:, effect.joint_basis(state).joint[i]] = column
     return dense.ravel()
 
 
@@ -290,8 +290,8 @@ def test_error_map_of_306_columns_on_12000_rows_is_cheap():
     state = example_state(12000)
     (cls,) = (c for c in BUILT_IN if c.key == "joint_error_map")
     effect = cls(order=25)
-    assert effect.basis(state).values.shape == (12000, 306)
-    assert operations(lambda: effect.basis(state)) < 1000
+    assert effect.joint_basis(state).values.shape == (12000, 306)
+    assert operations(lambda: effect.joint_basis(state)) < 1000
 
 
 def test_importing_the_registry_needs_numpy_alone():

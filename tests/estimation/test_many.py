@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from postproc import text as text_of
-from postproc.effects.contract import State
+from postproc.channels.state import State
 from postproc.estimation import least_squares
 from postproc.estimation.findings import cautions
 from postproc.estimation.solving.smooth import enough_for_smoothness

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from postproc.effects.contract import State
+from postproc.channels.state import State
 from postproc.effects.registry import effect_library
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.problem import Problem, make_weights

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from postproc.effects.contract import State
+from postproc.channels.state import State
 from postproc.effects.library.joints.joint_error_map import JointErrorMap
 from postproc.estimation.findings import cautions
 from postproc.estimation.least_squares import fit_model

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from postproc import text as text_of
+from postproc.channels.state import State
 from postproc.effects.base import Displacement, Effect, param
-from postproc.effects.contract import State
 from postproc.effects.library.joints.thermal_joint_drift import ThermalJointDrift
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.recorded import recorded_model

@@ -8,8 +8,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from postproc.channels.state import State
 from postproc.effects.base import Effect, param
-from postproc.effects.contract import State
 from postproc.effects.library.joints.backlash import Backlash
 from postproc.effects.library.joints.joint_error_map import JointErrorMap
 from postproc.effects.library.joints.nonlinear_compliance import NonlinearCompliance

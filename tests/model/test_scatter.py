@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from postproc.channels.state import State
 from postproc.diagnostics import Source
-from postproc.effects.contract import State
 from postproc.model.file import default_model, parse_model
 from postproc.model.rewrite import render_model
 from postproc.model.scatter import remaining_fraction

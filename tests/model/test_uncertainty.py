@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from postproc.channels.state import State
 from postproc.cli.output import write_model
 from postproc.effects.base import Effect, param, structure
-from postproc.effects.contract import State
 from postproc.effects.library.frames.instrument_frame import InstrumentFrame
 from postproc.effects.library.joints.joint_error_map import JointErrorMap
 from postproc.effects.library.joints.joint_offset import JointOffset

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from postproc.effects.contract import State
+from postproc.channels.state import State
 from postproc.patterns.signals import Signal
 from postproc.patterns.tool_frame_forces import felt_by_tool, leaning, overturning
 from postproc.robot.catalogue import load_robot

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from postproc.effects.contract import State
+from postproc.channels.state import State
 from postproc.identification.diagnose import diagnose
 from postproc.model.derivatives.places import BODY, INSTRUMENT, TOOL
 from postproc.patterns.curves import STEP, fixed, of_signal, sharper, waves

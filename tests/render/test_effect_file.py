@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from postproc.channels.state import State
 from postproc.effects.base import Effect
 from postproc.effects.conformance.kit import check_effect
-from postproc.effects.contract import State
 from postproc.effects.loading import load_effect_file
 from postproc.estimation.channels import channels
 from postproc.identification.add import add_effects

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from postproc.channels.state import State
 from postproc.effects.base import Effect, param
-from postproc.effects.contract import State
 from postproc.effects.library.frames.instrument_frame import InstrumentFrame
 from postproc.effects.library.frames.tool_frame import ToolFrame
 from postproc.effects.library.joints.backlash import Backlash

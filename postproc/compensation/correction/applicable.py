@@ -6,10 +6,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from postproc.channels.state import State
 from postproc.compensation.options import Options
 from postproc.diagnostics import Diagnostic, Matter, Source
 from postproc.effects.base import FILLED_BY_MODEL, Effect
-from postproc.effects.contract import State
 from postproc.effects.roles import Role
 from postproc.model.arm import Model
 from postproc.model.controller_part import corrected_by_controller
@@ -48,7 +48,8 @@ def applicable_model(model: Model, events: Sequence[MotionEvent], options: Optio
     kept: list[Effect] = []
     stated = {name for name, _ in options.channels}
     joints = {} if model.station is None else model.station.joints
-    known = KNOWN_FROM_PROGRAM | ({"external_axes", *(f"eax_{axis}" for axis in joints)} if joints else set())
+    known = KNOWN_FROM_PROGRAM | {c.name for e in model.effects for c in e.ordered_channels}
+    known |= {"external_axes", *(f"eax_{axis}" for axis in joints)} if joints else set()
     source = events[0].statement.source
     findings = [d for _, _, d in doubts(model)]
     findings += [*_without_load(model, options, source), *_turned(model, events), *_of_controller(model, source)]

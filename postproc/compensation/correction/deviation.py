@@ -9,9 +9,9 @@ from functools import cached_property
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.channels.state import State
 from postproc.compensation.correction.inverse import reached
 from postproc.compensation.path.motion import Motion
-from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.motion.mounts import Mounts
 from postproc.motion.path.curves import Curves

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from postproc.arrays import Array, blocks, invert, whole_turns
-from postproc.effects.contract import State
+from postproc.channels.state import State
 from postproc.model.arm import Model
 from postproc.model.chain import deflected_chain
 from postproc.model.controller_part import known_state

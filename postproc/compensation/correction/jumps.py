@@ -12,10 +12,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.channels.state import State
 from postproc.compensation.correction.curve import Transition
 from postproc.compensation.path.motion import approach_side, feels_sides
 from postproc.effects.asking import displacement_of
-from postproc.effects.contract import State
 from postproc.effects.registry import BUILT_IN
 from postproc.model.arm import Model
 from postproc.model.deflection import REACH

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from postproc.arrays import Array, blocks
+from postproc.channels.state import State
 from postproc.compensation.options import Options
 from postproc.compensation.path.timeline import Timeline
-from postproc.effects.contract import State
 from postproc.model.arm import Model
+from postproc.model.ordered import with_ordered_channels
 from postproc.model.reference import as_written
 from postproc.motion.path.places import unit_of
 from postproc.motion.path.samples import Samples
@@ -32,6 +33,7 @@ class Motion:
         moving: the joint speeds enter the state.
         sides: (n, 6) direction of approach of each joint if an effect reads it, else None.
         station: where the arm stands, None where it is not carried.
+        ordered: (n,) channels that follow the samples in their order (`model.ordered`), by name.
         meant: samples of the curves where they are meant to be on the work; None where they are programmed.
     """
 
@@ -43,6 +45,7 @@ class Motion:
     sides: Array | None
     station: Station | None = None
     meant: Samples | None = None
+    ordered: Mapping[str, Array] = field(default_factory=dict)
 
     @property
     def wanted(self) -> Samples:
@@ -62,6 +65,7 @@ class Motion:
         loaded = np.array([self.options.force_on == "all" or m.welding for m in moves])[of]
         wrench = np.where(loaded[:, None], [*self.options.force, *self.options.moment], 0.0)
         stated = {name: np.full(len(place), value) for name, value in self.options.channels}
+        stated |= {name: values[rows] for name, values in self.ordered.items()}
         state = State(
             q=samples.q[rows],
             v=timeline.at(timeline.v, place) if self.moving else None,
@@ -153,7 +157,12 @@ def motion_of(
     moving = options.inertia or any("v" in effect.reads for effect in model.effects)
     sides = approach_side(samples) if feels_sides(model) else None
     where = samples.move + samples.u if place is None else place
-    return Motion(samples, timeline, options, where, moving, sides, model.station)
+    motion = Motion(samples, timeline, options, where, moving, sides, model.station)
+    if any(effect.ordered_channels for effect in model.effects):
+        state = motion.at(slice(None))
+        ordered = with_ordered_channels(model, state).channels
+        motion = replace(motion, ordered={name: x for name, x in ordered.items() if name not in state.channels})
+    return motion
 
 
 def feels_sides(model: Model) -> bool:

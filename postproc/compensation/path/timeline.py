@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from postproc.arrays import Array, constant
+from postproc.channels.state import State
 from postproc.compensation.options import Options
 from postproc.diagnostics import Diagnostic, has_errors
-from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.derivatives.stiffness import natural_frequencies
 from postproc.model.equilibrium import carries_load

@@ -8,9 +8,9 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from postproc.channels.state import COLUMNS
 from postproc.diagnostics import Diagnostic, did_you_mean
 from postproc.effects.base import FILLED_BY_MODEL, Effect
-from postproc.effects.contract import COLUMNS
 from postproc.effects.findings import finding
 from postproc.effects.parameters import Parameter, unit_suffix
 
@@ -81,7 +81,7 @@ def declaration(cls: type[Effect]) -> Iterator[Diagnostic]:
             yield finding("EFF016", message, cls, help=help)
     if not cls.parameters():
         yield finding("EFF016", f"`{cls.key}` has no parameters", cls, help="declare what a fit may move with `param`")
-    if cls.displacement is Effect.displacement and cls.load is Effect.load and cls.basis is Effect.basis:
+    if cls.displacement is Effect.displacement and cls.load is Effect.load and cls.joint_basis is Effect.joint_basis:
         members = (name for name, value in vars(cls).items() if inspect.isfunction(value))
         meant = (f"`{n}`: {d}" for n in members if (d := did_you_mean(n, ("displacement", "load"))))
         help = next(meant, "write one of the two")

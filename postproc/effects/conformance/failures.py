@@ -9,10 +9,10 @@ from dataclasses import FrozenInstanceError, fields
 
 import numpy as np
 
+from postproc.channels.state import FIELDS
 from postproc.diagnostics import Diagnostic, did_you_mean
 from postproc.effects.base import Effect, State
 from postproc.effects.conformance.declaration import columns_read
-from postproc.effects.contract import FIELDS
 from postproc.effects.findings import describe, finding, line_of
 
 

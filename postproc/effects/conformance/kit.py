@@ -106,7 +106,7 @@ def _derivative(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
     """Yield EFF012 where `basis` and `displacement` disagree, or an effect declared linear is not."""
     few = locked(state.rows(np.arange(40)))
     effect = _sized(cls.null())
-    columns, step = effect.basis(few), effect.scale()
+    columns, step = effect.joint_basis(few), effect.scale()
     if columns is not None:
         exact = np.zeros((len(few), 6, len(step)))
         exact[:, columns.joint, np.arange(len(step))] = columns.values

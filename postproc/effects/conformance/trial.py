@@ -29,7 +29,7 @@ def sensitivity(effect: Effect, state: State, freed: Rows) -> Array:
     Args:
         freed: (k,) indices of the parameters in the effect's vector.
     """
-    exact = effect.basis(state)
+    exact = effect.joint_basis(state)
     if exact is not None:
         return np.asarray(exact.values[:, freed] * effect.scale()[freed])
     x, step = effect.vector(), 1e-4 * effect.scale()

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.channels.state import State
 from postproc.effects.base import Effect
-from postproc.effects.contract import State
 from postproc.estimation.fitted import Fit
 from postproc.estimation.linear import Linear, basis_of
 from postproc.estimation.problem import Problem

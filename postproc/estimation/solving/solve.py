@@ -49,7 +49,6 @@ class Terms:
         closely: the fit ends at a step that lowers the sum of squares by less than this share.
         determined: parameters that a fit of the same rows with fewer effects has found. Their values may stand for an
             effect that it lacked: where this fit cannot determine them, they go back to null.
-        beside: (n, r, k) displacements by patterns that are not part of the model (`Problem`).
     """
 
     free: Masks = field(default_factory=dict)
@@ -57,7 +56,6 @@ class Terms:
     robust: bool = False
     closely: float = SETTLED
     determined: frozenset[Name] = frozenset()
-    beside: Array | None = None
 
 
 def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = frozenset()) -> Fit:

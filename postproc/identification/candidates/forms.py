@@ -154,7 +154,7 @@ def forms_nearby(problem: Problem, effect: Effect, new: int) -> Forms:
 def make_form(problem: Problem, v: Variant) -> Form | None:
     """Return a variant of an effect as a form with its whitened columns; None where these vanish on this data."""
     size, state = ordinary(problem.model, v.effect, v.free), problem.sensitivity.state
-    basis = None if v.effect.missing(state) else v.effect.basis(state)
+    basis = None if v.effect.missing(state) else v.effect.joint_basis(state)
     if basis is None:
         columns = problem.columns(v.effect, v.free) * size
     else:

@@ -55,7 +55,7 @@ class SubsampledProblem:
         """
         seen, n, cls = self.problem.softer, len(self.problem.data), type(effects[0])
         answer = np.zeros((n, seen.matrix.shape[1], len(effects)))
-        if cls.displacement is not Effect.displacement or cls.basis is not Effect.basis:
+        if cls.displacement is not Effect.displacement or cls.joint_basis is not Effect.joint_basis:
             moves = [displacement_parts(displacement_of(e, seen.state)) for e in effects]
             for at in sorted({at for moved in moves for at in moved}):
                 parts = [np.broadcast_to(moved.get(at, 0.0), (n, 6)) for moved in moves]

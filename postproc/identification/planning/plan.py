@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.channels.state import AXES, State
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
-from postproc.effects.contract import AXES, State
 from postproc.effects.registry import effect_library, find_effect
 from postproc.effects.roles import Role
 from postproc.estimation.fitted import Fit

@@ -6,7 +6,7 @@ import difflib
 import re
 from collections.abc import Mapping, Sequence
 
-from postproc.effects.contract import COLUMNS
+from postproc.channels.state import COLUMNS
 from postproc.measure.read.layout import MappedColumn
 from postproc.measure.read.values.units import fitting
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.channels.state import State
 from postproc.diagnostics import Diagnostic, PostprocError
-from postproc.effects.contract import State
 from postproc.measure.checks.readings import CLEARER, PlacedArm, align_arm, fits
 from postproc.measure.measurements import FEWEST_ROWS_JUDGED
 from postproc.measure.read.columns import EXTERNAL_AXES

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.effects.contract import State
+from postproc.channels.state import State
 from postproc.measure.read import columns as names
 from postproc.measure.read.lookup import Table
 from postproc.measure.read.values.units import fitting

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.channels.state import State
 from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
-from postproc.effects.contract import State
 from postproc.measure.checks.likely_wrong import check_measurements
 from postproc.measure.consensus import LEAST_M, TIMES, Agreement, agreement
 from postproc.measure.measurements import Measurements

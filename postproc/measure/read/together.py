@@ -10,8 +10,8 @@ from pathlib import PurePath
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.channels.state import State
 from postproc.diagnostics import Diagnostic, PostprocError, Severity, Source, has_errors
-from postproc.effects.contract import State
 from postproc.measure.alignment import align
 from postproc.measure.checks.readings import CLEARER, SUSPICIOUS_M, PlacedArm, align_arm
 from postproc.measure.clock import going_on

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
+from postproc.channels.state import State
 from postproc.effects.asking import displacement_of, load_of
 from postproc.effects.base import Effect
-from postproc.effects.contract import State
 from postproc.model.arm import ALL_BODIES, Model
 from postproc.model.chain import Chain, Directions, deflected_chain, directions, generalised_forces, point_jacobian
 from postproc.model.derivatives.places import (
@@ -110,7 +110,7 @@ class Sensitivity:
             free: mask over the effect's vector, with p times True.
         """
         index, state = np.flatnonzero(free), self.seen_by(effect)
-        basis = None if effect.missing(state) else effect.basis(state)
+        basis = None if effect.missing(state) else effect.joint_basis(state)
         if basis is not None:
             found = np.empty((*self.matrix.shape[:2], len(index)))
             for j in np.unique(basis.joint[index]):

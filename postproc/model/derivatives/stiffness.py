@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from postproc.arrays import Array, blocks
-from postproc.effects.contract import State
+from postproc.channels.state import State
 from postproc.model.arm import Model
 from postproc.model.chain import point_jacobian
 from postproc.model.derivatives.places import BATCH

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.channels.state import State
 from postproc.effects.asking import displacement_of, load_of
 from postproc.effects.base import Effect
-from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.chain import Chain, Directions, deflected_chain, directions, generalised_forces, point_jacobian
 from postproc.model.derivatives.places import BODY, LOAD_PLACES, PLACES, displacement_parts, flat, load_parts

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.channels.state import State
+from postproc.channels.units import unit_of
 from postproc.effects.asking import displacement_of, load_of
 from postproc.effects.base import Effect
-from postproc.effects.contract import State
-from postproc.estimation.channels import fit_channels, unit_of
 from postproc.estimation.fitted import Fit
 from postproc.identification.trends import LEAST_LEVER_M
 from postproc.model.derivatives.places import BODY, INSTRUMENT, JOINT, PLACES, TOOL, displacement_parts, flat
@@ -57,7 +57,7 @@ def laws_of(fit: Fit, keys: Iterable[str]) -> list[Law]:
     Args:
         keys: of the effects; those that the model lacks have no curve.
     """
-    state, named = fit.problem.sensitivity.state, fit_channels(fit)
+    state, named = fit.problem.sensitivity.state, fit.problem.channels
     laws = []
     for key in keys:
         effect = fit.model.effect(key)

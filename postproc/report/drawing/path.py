@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from postproc.arrays import Array, blocks, invert
+from postproc.channels.state import State
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.correction.deviation import Deviation
 from postproc.compensation.plan import CorrectionPlan
-from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.deflection import Deflection
 from postproc.model.loads import loaded_state

@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from postproc.estimation.channels import fit_channels, unit_of
+from postproc.channels.units import unit_of
 from postproc.estimation.fitted import Fit
 from postproc.grouping import grouped
 from postproc.identification.compare import worst_rows
@@ -89,7 +89,7 @@ def suspect_chart(fit: Fit, suspect: Suspect, noise: float | None) -> str:
     Args:
         suspect: the pattern. noise: standard deviation per axis [m], [rad], or None.
     """
-    named, ours = fit_channels(fit), _unit_at(suspect.where)
+    named, ours = fit.problem.channels, _unit_at(suspect.where)
     if suspect.channel not in named or suspect.values.ndim > 1 or not ours:
         return ""
     linear, sizes = fit.linear, suspect_size(fit, suspect)
@@ -150,7 +150,7 @@ def _charts(
     Args:
         ranges: of the y axis by channel and place; an axis without one fits the points.
     """
-    named, noise, joint = fit_channels(fit), fit.parts.level, fit.observed.name == "joint"
+    named, noise, joint = fit.problem.channels, fit.parts.level, fit.observed.name == "joint"
     # From noise of position to noise of a joint [mrad per m]: rms over the poses of each row of J^+.
     at_joint = 1e3 * np.sqrt((joint_inverse(fit) ** 2).sum(axis=2).mean(axis=0))
     worst = worst_rows(distances(fit.position_error))

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize
 
+from postproc.channels.state import State
 from postproc.diagnostics import PostprocError
-from postproc.effects.contract import State
 from postproc.effects.registry import effect_library
 from postproc.estimation.channels import channels
 from postproc.estimation.fitted import Fit

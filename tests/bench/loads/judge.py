@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from postproc import read_model
+from postproc.channels.state import State
 from postproc.cli.app import build
 from postproc.cli.run import run as run_command
-from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
 from postproc.model.uncertainty import derivatives, predict_sigma, read_uncertainty

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array, invert
+from postproc.channels.state import AXES
 from postproc.effects.base import Displacement, Effect, State, structure
-from postproc.effects.contract import AXES
 from postproc.effects.files import FieldProblem
 from postproc.effects.geometry import distal_point
 from postproc.robot.kinematics import skew

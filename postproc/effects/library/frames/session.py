@@ -39,11 +39,10 @@ class Session(
         member = (state.session_of_rows[:, None] == np.array(self.session)).astype(float)
         return Displacement(instrument=member @ np.concatenate([self.shift_m, self.turn_rad], axis=1))
 
-    @classmethod
-    def missing(cls, state: State) -> tuple[str, ...]:
+    def missing(self, state: State) -> tuple[str, ...]:
         """``session`` where the states have none or only one, which shows no step; else nothing."""
         several = state.session is not None and len(np.unique(state.session)) > 1
-        return () if several else cls.reads
+        return () if several else self.reads
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:

@@ -47,7 +47,7 @@ class JointErrorMap(
     cosine_rad: Array = param(unit="rad", shape=("joint", "order"), low=-0.05, high=0.05, typical=1e-4)
     slope_rad: Array = param(unit="rad", shape=("joint",), low=-0.05, high=0.05, typical=1e-4)
 
-    def basis(self, state: State) -> JointBasis:
+    def joint_basis(self, state: State) -> JointBasis:
         """Columns sin(k q), cos(k q) of each mapped joint, then q / pi: rad per rad."""
         joint = np.array(self.joint, dtype=int) - 1
         low, high = np.array(self.low_rad)[joint], np.array(self.high_rad)[joint]

@@ -44,7 +44,7 @@ class TransmissionError(
     sine_rad: Array = param(unit="rad", shape=("joint",), low=-0.05, high=0.05, typical=1e-4)
     cosine_rad: Array = param(unit="rad", shape=("joint",), low=-0.05, high=0.05, typical=1e-4)
 
-    def basis(self, state: State) -> JointBasis:
+    def joint_basis(self, state: State) -> JointBasis:
         """Columns sin(n q_j), then cos(n q_j), of each term: rad per rad."""
         joint = np.array(self.joint, dtype=int) - 1
         angle = state.q[:, joint] * np.array(self.order)

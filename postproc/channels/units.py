@@ -1,4 +1,4 @@
-"""Everything that a deviation could follow, by the names that reports and JSON use."""
+"""Which channels vary over some rows, and how people read them: the unit, a value, a range."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.effects.contract import State
-from postproc.estimation.solution import Solution
+from postproc.channels.expression import ORDERED, PLAIN, channel
+from postproc.channels.sight import Site
+from postproc.channels.state import State
 
 CHANNEL_UNITS: Mapping[str, tuple[str, float]] = {
     "q": ("deg", 180 / np.pi),
@@ -35,40 +36,22 @@ CHANNEL_UNITS: Mapping[str, tuple[str, float]] = {
 """Unit shown to people and the factor to it, by the channel's name without its number."""
 
 
-def channels(state: State, position: Array) -> dict[str, Array]:
+def recorded(state: State, site: Site) -> dict[str, Array]:
     """Return the channels that vary over the rows, (n,) values by name: ``q1``, ``load6`` (by joint), ``time`` ..
 
     Args:
-        state: with the joint loads filled in, if they are to be channels; position: (n, 3) TCP in the base frame [m].
+        state: with poses and joint loads filled in, if they are to be channels; site: of the measured point.
     """
-    found: dict[str, Array] = {}
-    for name, values in (
-        ("q", state.q),
-        ("v", state.v),
-        ("a", state.a),
-        ("dir", state.approach),
-        ("load", state.joint_load),
-    ):
-        if values is not None:
-            found.update({f"{name}{j + 1}": values[:, j] for j in range(6)})
-    for name, column in (
-        ("temperature", state.temperature),
-        ("time", state.time),
-        ("payload", state.payload_mass),
-        ("session", state.session),
-    ):
-        if column is not None:
-            found[name] = np.asarray(column, dtype=float)
-    if state.wrench is not None:
-        found.update({f"f{axis}": np.asarray(state.wrench)[:, i] for i, axis in enumerate("xyz")})
-    found.update({name: position[:, i] for i, name in enumerate("xyz")})
-    found.update({name: np.asarray(column, dtype=float) for name, column in state.channels.items()})
-    return {name: values for name, values in found.items() if varies(values)}
+    names = [f"{name}{joint}" for name in ("q", "v", "a", "dir", "load") for joint in range(1, 7)]
+    names += [*PLAIN, "fx", "fy", "fz", "x", "y", "z", *filter(_is_column, state.channels)]
+    values = {name: channel(name).values(state, site) for name in names if name not in state.channels}
+    values |= {name: np.asarray(state.channels[name], dtype=float) for name in names if name in state.channels}
+    return {name: x for name, x in values.items() if x is not None and varies(x)}
 
 
-def fit_channels(fit: Solution) -> dict[str, Array]:
-    """Return every channel (n,) that varies over the fitted rows, by name."""
-    return channels(fit.problem.sensitivity.state, fit.problem.rest.T_base_tcp[:, :3, 3])
+def _is_column(name: str) -> bool:
+    """Return whether a name is that of a column, and not of a channel that was derived from the rows' order."""
+    return name.partition("(")[0] not in ORDERED
 
 
 def varies(values: Array) -> bool:
