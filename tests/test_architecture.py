@@ -86,7 +86,7 @@ FLOORS = {
     "effects": ("contract", "findings", "parameters", "modules", "files", "base", "conformance", "library", "registry"),
     "measure": ("observations", "measurements", "alignment", "clock", "trajectory", "iso9283", "read"),
     "estimation": ("errors", "problem", "linear", "solution", "leftover", "fitted", "recorded", "findings"),
-    "identification": ("candidates", "state", "diagnosis", "interventions"),
+    "identification": ("candidates", "state", "diagnosis"),
     "report": ("blocks", "document", "drawing", "page"),
     "runtime": ("conditions", "tables", "module", "proof", "written", "programs", "passes"),
 }

@@ -1,4 +1,4 @@
-"""What a diagnosis found: the verdict, the fits and figures behind it, and what became of levels held out."""
+"""What a diagnosis found: the verdict, and the fits and figures behind it."""
 
 from __future__ import annotations
 
@@ -18,51 +18,6 @@ from postproc.measure.errors import rms
 from postproc.patterns.suspects import Suspect
 
 Verdict = Literal["complete", "missing", "unknown"]
-BETTER = 0.98
-"""Share of the error without an effect below which a level is predicted better with it."""
-
-
-@dataclass(frozen=True)
-class Level:
-    """Predictions for one level of a channel, by fits without the rows of that level.
-
-    Args:
-        name: the level; rows: how many it has; before: rms of the observed numbers there [m], [rad] of angles,
-            predicted by the model as it came; after: the same with all effects that were found.
-        without: the same with all but one of the effects that were found, by its key.
-        untold: keys of effects of which the other levels determine nothing.
-    """
-
-    name: str
-    rows: int
-    before: float
-    after: float
-    without: Mapping[str, float]
-    untold: tuple[str, ...] = ()
-
-    def carries(self, key: str) -> bool | None:
-        """Return whether an effect, by its key, lowers the error of this level by over 2 %.
-
-        None where the other levels do not determine the effect.
-        """
-        return None if key in self.untold else self.after < BETTER * self.without[key]
-
-
-@dataclass(frozen=True)
-class Intervention:
-    """Whether the effects that were found predict each level of one channel from the other levels.
-
-    Args:
-        unit: of the figures in reports, ``mm`` or ``mrad``.
-    """
-
-    channel: str
-    levels: tuple[Level, ...]
-    unit: str
-
-    def fails(self, key: str) -> list[str]:
-        """Return the names of the levels that the model predicts no better with an effect (key) than without it."""
-        return [level.name for level in self.levels if level.carries(key) is False]
 
 
 @dataclass(frozen=True)
@@ -79,7 +34,6 @@ class Diagnosis:
         lacking: whether more is left than the noise, None where the noise is not known.
         floor: noise per axis [m], None where it is not known; bound: held-out rms that any smooth function of the
             channels reaches [m].
-        hold_out: predictions of levels of a channel that were left out of the fits; None where nobody asked.
     """
 
     verdict: Verdict
@@ -97,7 +51,6 @@ class Diagnosis:
     lacking: bool | None
     floor: float | None
     bound: float
-    hold_out: Intervention | None = None
     diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
 
     @cached_property

@@ -1,4 +1,4 @@
-"""A diagnosis: the verdict, the error now and with what is missing, what was found, and what else was asked."""
+"""A diagnosis: the verdict, the error now and with what is missing, and what was found."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from postproc.effects.registry import BUILT_IN
 from postproc.estimation.solving.smooth import effective_parameters
 from postproc.grouping import grouped
 from postproc.identification.candidates.candidate import Candidate
-from postproc.identification.diagnosis import Diagnosis, Intervention
+from postproc.identification.diagnosis import Diagnosis
 from postproc.identification.joint_curves import JointCurve, curves
 from postproc.numbers import mm, mm_or_none
 from postproc.report.blocks import (
@@ -91,7 +91,6 @@ def diagnosis_document(name: str, d: Diagnosis) -> Document:
             Section("Also to know", [*doubts(d), *undetermined_sentences(d.told)]),
             _missing_section(d),
             Section("What remains follows", [strongest, suspect_table(d.suspects)], REMAINING_NOTE),
-            *([] if d.hold_out is None else [_hold_out_section(d.hold_out)]),
             *workspace_section(kind.name, "Where it is off", program=bool(d.missing)),
             *channel_sections(d.final, "What the rest follows", suspected, folded=kind.name == "position"),
             _ranking(d, values),
@@ -140,7 +139,6 @@ def diagnosis_values(d: Diagnosis) -> Values:
         f"{key('rms')}_unnamed": mm_or_none(d.unnamed),
         "searched": {"rows": len(d.searched.data), key("held_out_rms"): mm_or_none(d.searched.held_out_rms)},
         key("bound"): mm_or_none(d.bound),
-        "hold_out": None if d.hold_out is None else _hold_out(d.hold_out),
         "blind_to": [{"effect": k, "why": why} for k, why in d.blind.items()],
         "diagnostics": [x.as_json() for x in d.diagnostics],
     }
@@ -187,27 +185,6 @@ def _candidate(d: Diagnosis, key: str, c: Candidate | None) -> Values:
         "evidence": None if c is None or not np.isfinite(c.evidence) else round(c.evidence, 2),
         "testable": why is None,
         "why_not": why,
-    }
-
-
-def _hold_out(intervention: Intervention) -> Values:
-    """Return the entry ``hold_out``: for each level of a channel the error of a fit without it, before and after.
-
-    After means: with the effects that were found.
-    """
-    return {
-        "channel": intervention.channel,
-        "levels": [
-            {
-                "level": level.name,
-                "rows": level.rows,
-                f"rms_{intervention.unit}": mm(level.before),
-                f"rms_{intervention.unit}_after": mm(level.after),
-                "does_not_carry_over": [key for key in level.without if level.carries(key) is False],
-                "cannot_be_told": list(level.untold),
-            }
-            for level in intervention.levels
-        ],
     }
 
 
@@ -307,24 +284,6 @@ def suspect_table(suspects: Sequence[Any]) -> DataTable:
         (where, joined(some), pattern, f"{100 * share:.0f} %") for (where, pattern, share), some in channels.items()
     ]
     return DataTable("suspects", ("where", "channel", "pattern", "explains"), rows)
-
-
-def _hold_out_section(intervention: Intervention) -> Section:
-    """Return the section on how held-out levels of a channel are predicted, and which effects fail there.
-
-    Args:
-        intervention: the channel, and for each level the errors of fits without it.
-    """
-    rows = [(level.name, level.rows, mm(level.before), mm(level.after)) for level in intervention.levels]
-    channel, unit = intervention.channel, intervention.unit
-    columns = (channel, "rows", f"as it came [{unit}]", f"with what was found [{unit}]")
-    sentences = [
-        f"`{key}` does not carry over to {', '.join(levels)}: doubt that it is the cause."
-        for key in intervention.levels[0].without
-        if (levels := intervention.fails(key))
-    ]
-    heading = f"Held out by {channel}, {unit} on rows of a level that no fit has seen"
-    return Section(heading, [DataTable("levels", columns, rows), *sentences])
 
 
 def _ranking(d: Diagnosis, values: Values) -> Section:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from postproc.cli.improve.model_options import ArmOptions, MeasuredOptions, opened
 from postproc.cli.inputs import short_names
@@ -30,7 +29,6 @@ def run(
     table: MeasuredOptions = MeasuredOptions(),
     report: ReportFile = None,
     draft: Path | None = None,
-    hold_out: Literal["payload", "temperature", "session", "approach", "region"] | None = None,
     json: Flag = False,
     text: TextFlag = False,
 ) -> int:
@@ -40,20 +38,15 @@ def run(
 
     Args:
         draft: Python file to write where something remains without a name: it as an effect of your own.
-        hold_out: fit without each level of this channel, predict it, and mark names that do not carry over.
         json: print the postproc/diagnose/1 document.
     """
     from postproc.identification.diagnose import diagnose
-    from postproc.identification.interventions import hold_out_levels
     from postproc.render.effect_file import effect_file, nothing_to_draft
     from postproc.results.diagnosis import diagnosis_document
 
     arm, measured = opened(model, data, arm_options, table, report, draft)
     with watching("diagnosing") as watch:
         diagnosis = diagnose(arm, measured, arm_options.classes, noise=table.sigma, watch=watch)
-        if hold_out is not None:
-            watch(f"without each level of {hold_out}", 0.9)
-            diagnosis = replace(diagnosis, hold_out=hold_out_levels(diagnosis, hold_out))
     show(d for d in diagnosis.diagnostics if d not in measured.diagnostics)
     name, code = effect_file(diagnosis, draft.stem if draft is not None else "own", short_names(*data))
     if draft is not None and code is not None:
