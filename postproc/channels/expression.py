@@ -86,7 +86,7 @@ class Channel:
 
     @property
     def reads(self) -> tuple[str, ...]:
-        """Channels that an effect has to declare for it (`Effect`): ``q``, ``load``, ``pose``, a column of the table."""
+        """Channels that an effect has to declare for it: ``q``, ``load``, ``pose``, a column of the table."""
         if self.arguments:
             first = dict.fromkeys(name for c in self.arguments for name in c.reads)
             late = {"time": None} if self.head in ("lag", "creep") else {}
@@ -125,11 +125,11 @@ class Channel:
             inner = [c.values(state, site) for c in self.arguments]
             if any(x is None for x in inner):
                 return None
-            first = np.asarray(inner[0])
+            first, *other = [np.asarray(x) for x in inner]
             if self.head in ("play", "rise"):
                 return np.zeros(len(state))
             if self.head in ("+", "-"):
-                return first + inner[1] if self.head == "+" else first - inner[1]  # type: ignore[operator]
+                return first + other[0] if self.head == "+" else first - other[0]
             return np.abs(first) if self.head == "abs" else first
         return _recorded(self, state, site)
 
@@ -290,7 +290,9 @@ def _elevation(seen: Array) -> Array:
 
 
 _POSED: Mapping[str, Callable[[State, Site, float], Array | None]] = {
-    **{axis: _at_pose(lambda s, site, _, k=k: measured_point(s, site)[:, k]) for k, axis in enumerate("xyz")},
+    "x": _at_pose(lambda s, site, _: measured_point(s, site)[:, 0]),
+    "y": _at_pose(lambda s, site, _: measured_point(s, site)[:, 1]),
+    "z": _at_pose(lambda s, site, _: measured_point(s, site)[:, 2]),
     "radius": _at_pose(lambda s, site, _: np.hypot(*measured_point(s, site)[:, :2].T)),
     "azimuth": _at_pose(lambda s, site, middle: azimuth(measured_point(s, site), middle)),
     "seen_azimuth": _at_pose(lambda s, site, middle: azimuth(seen_point(s, site), middle)),

@@ -8,7 +8,7 @@ from postproc.arrays import Array
 from postproc.channels.state import State
 
 FORCES = ("gravity", "acceleration", "weight", "force")
-"""What a tool feels: gravity, its acceleration [m/s^2], the payload's weight with its inertia, the process force [N]."""
+"""What a tool feels: gravity, its acceleration [m/s^2], the payload's weight with its inertia, the process force."""
 
 
 def tool_poses(state: State) -> Array:

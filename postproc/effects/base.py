@@ -150,7 +150,7 @@ class Effect:
     def displacement(self, state: State) -> Displacement | Array | None:
         """Return where the effect moves the arm: a `Displacement`, or only joint angles (n, 6) [rad]; None for nothing.
 
-        Needed where `joint_basis` returns None. It is called only where every channel that the effect reads was recorded.
+        Needed where `joint_basis` returns None. It is called only where every channel that it reads was recorded.
         """
         columns = self.joint_basis(state)
         if columns is None:

@@ -101,8 +101,8 @@ BASES: dict[str, Basis] = {
     "saw_tooth": Basis(lambda x, k, s: 2 * _cycle(x, k, s) - 1, "saw({0} {x} - 2 pi {1})", _CYCLIC),
     "pulse": Basis(lambda x, k, s, d: _cycle(x, k, s) < d, "pulse({0} {x} - 2 pi {1}, {2})", (*_CYCLIC, "duty")),
 }
-"""Functions by name. Folded, halved and triangular waves go one way or straight up and down: an eccentric that pushes, a
-bearing that gives, magnets; a saw tooth is what an encoder does that repeats on each of its marks."""
+"""Functions by name. Folded, halved and triangular waves go one way or straight up and down: an eccentric that pushes,
+a bearing that gives, magnets; a saw tooth is what an encoder does that repeats on each of its marks."""
 
 GATES: dict[str, tuple[Callable[[Any], Any], str]] = {
     "only": (lambda g: g, "{g}"),

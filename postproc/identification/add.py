@@ -11,6 +11,7 @@ import numpy as np
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
 from postproc.effects.registry import effect_library, find_effect
+from postproc.effects.roles import Role
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.nominal import no_farther_than_nominal
@@ -22,12 +23,15 @@ from postproc.estimation.solving.solve import Terms
 from postproc.identification.acceptance import fitted_best
 from postproc.identification.candidates.candidate import Screen
 from postproc.identification.candidates.composition import compose
+from postproc.identification.forward import with_patterns
 from postproc.identification.refits import refit_all, thinned
 from postproc.identification.refits import without as without_some
+from postproc.identification.state import SearchState
 from postproc.measure.measurements import Measurements
 from postproc.measure.observations import Observation
 from postproc.measure.read.columns import columns_of
 from postproc.model.arm import Model
+from postproc.patterns.dictionary import patterns
 from postproc.watch import Watch, unwatched
 
 LEAST_FALL = 0.005
@@ -157,7 +161,7 @@ def _added(
         if cls is not classes[-1]:
             rung = settled(on_all_rows(found, [c.key for c in classes[: k + 1]]))
             steps.append(Step(f"+ {cls.key}", FitFigures.of(rung), rung.model))
-    added = [cls for cls in classes if model.effect(cls.key) is None]
+    added = [cls for cls in classes if model.effect(cls.key) is None and cls.role is not Role.CURVE]
     found = _beside_each_other(found, added if len(classes) > 1 else [])
     watch("all of it", (len(classes) + 1) / total)
     final = on_all_rows(found, [cls.key for cls in classes])
@@ -215,6 +219,8 @@ def grown(fit: Fit, cls: type[Effect]) -> Fit:
     Raises:
         PostprocError: DAT021 a channel that is not in the data, DAT022 a fit that does not converge.
     """
+    if cls.role is Role.CURVE:
+        return with_curve(fit)
     missing = cls.null().missing(fit.problem.sensitivity.state)
     if missing:
         columns = ", ".join(map(columns_of, missing))
@@ -229,6 +235,20 @@ def grown(fit: Fit, cls: type[Effect]) -> Fit:
         message = f"the fit with `{cls.key}` does not settle on this data"
         raise PostprocError.of("DAT022", message, fit.data.source, help="measure more poses that move it")
     return found[1]
+
+
+def with_curve(fit: Fit) -> Fit:
+    """Return a fit with the curves of channels that remaining structure follows, everything fitted again.
+
+    Raises:
+        PostprocError: DAT028, nothing that remains follows a channel.
+    """
+    state = fit.problem.sensitivity.state
+    found = with_patterns(SearchState(fit, fit, {}, patterns(state, fit.problem.site)))
+    if not found.outside:
+        message = "no curve is added: nothing that remains follows a channel"
+        raise PostprocError.of("DAT028", message, fit.data.source, help="see what `diagnose` says", exit_code=1)
+    return found.fit
 
 
 def _beside_each_other(final: Fit, added: Sequence[type[Effect]]) -> Fit:

@@ -15,6 +15,7 @@ from postproc.model.arm import ALL_BODIES, Model
 from postproc.model.chain import Chain, deflected_chain
 from postproc.model.deflection import REACH, Deflection, deflect, distance, moved_by, moves, tcp
 from postproc.model.loads import loaded_state
+from postproc.model.ordered import with_ordered_channels
 from postproc.robot.pose import displace
 
 SETTLED = 1e-10  # [m]; rotations count at the arm's reach
@@ -130,8 +131,8 @@ def _rest(model: Model, state: State, deflection: Deflection, bodies: tuple[int,
 
 
 def predict(model: Model, state: State, settled: float = SETTLED) -> Array:
-    """Return the real TCP poses T_instrument_tcp (n, 4, 4); ``settled`` and errors are those of `equilibrium`."""
-    result = np.empty((len(state), 4, 4))
+    """Return the real TCP poses T_instrument_tcp (n, 4, 4) of states in their order; arguments of `equilibrium`."""
+    result, state = np.empty((len(state), 4, 4)), with_ordered_channels(model, state)
     for rows in blocks(len(state)):
         result[rows] = equilibrium(model, state.rows(rows), settled=settled).T_instrument_tcp
     return result

@@ -58,8 +58,7 @@ NOISE = "The dashed line is the noise: no model can be expected below it. "
 GREY_NOTE = "Grey: what a smooth function of all channels, without physics, reaches."
 REMAINING_NOTE = (
     "Of what the final model leaves above the noise; strongest first. The chart shows the first without the share that "
-    "the fitted parameters have taken on. `postproc diagnose --draft OWN.py` writes it as an effect, `postproc add` "
-    "adds it."
+    "the fitted parameters have taken on. `postproc add` adds it as a `curve`."
 )
 RANKED = (
     "Evidence is twice the logarithm of the odds, after paying for parameters and for the number of forms that were "

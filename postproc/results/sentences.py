@@ -108,7 +108,7 @@ def _remaining(d: Diagnosis, s: Suspect) -> str:
     follows = f"The remaining structure sits at {at} and follows {channels} ({s.pattern}{extent})."
     if s.channel == "row":
         follows += " If the rows stand in the order of measuring, something moved or drifted there."
-    advice = "Written as an effect of your own it can be added." if s.drafts else "A single pose does not tell it."
+    advice = "`postproc add` adds it as a `curve`."
     if lacking := to_record(d):
         columns = joined([f"`{name}`" for name in lacking])
         advice = f"Record {columns} first: the pattern may stand for what that would tell."

@@ -41,7 +41,7 @@ PLACES: Mapping[str, tuple[tuple[str, int], ...]] = {
     "instrument, shifted and turned": SHIFT + TURN,
     **{f"instrument, {reading}": (("turn_rad", 1),) for reading in ("azimuth", "elevation")},
     "instrument, distance": (("shift_m", 1),),
-    "instrument, scale": (("scale", 1),),
+    "instrument, scale": (("share", 1),),
     "body 2, under a weight": WEIGHT,
     "body 3, under a weight": WEIGHT,
     "tool, under a weight": WEIGHT,
@@ -101,7 +101,7 @@ class Curve(SumOfTerms, drafted=True, unlikely=float("inf"), role=Role.CURVE):
     instrument_m_rad: tuple[float, ...] = structure((0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
     turn_rad: Array = param(unit="rad", shape=("turn_rad",), low=-0.2, high=0.2, typical=1e-4)
     shift_m: Array = param(unit="m", shape=("shift_m",), low=-0.2, high=0.2, typical=1e-4)
-    scale: Array = param(unit="1", shape=("scale",), low=-0.01, high=0.01, typical=1e-5)
+    share: Array = param(unit="1", shape=("share",), low=-0.01, high=0.01, typical=1e-5)
     mass_kg: Array = param(unit="kg", shape=("mass_kg",), low=-500.0, high=500.0, typical=3.0)
     moment_kgm: Array = param(unit="kg m", shape=("moment_kgm",), low=-500.0, high=500.0, typical=1.0)
 
@@ -190,10 +190,10 @@ class Curve(SumOfTerms, drafted=True, unlikely=float("inf"), role=Role.CURVE):
 
     def plus(self, term: Self) -> Self:
         """The curve with the terms of another one after its own; where the measured point is, the first one says."""
-        joined = {name: (*getattr(self, name), *getattr(term, name)) for name in self.structures()}
-        joined |= {name: getattr(self, name) for name in ("point_m", "instrument_m_rad")}
-        values = {name: np.append(getattr(self, name), getattr(term, name)) for name in self.parameters()}
-        return type(self)(**joined, **values)
+        fields: dict[str, Any] = {name: (*getattr(self, name), *getattr(term, name)) for name in self.structures()}
+        fields |= {name: getattr(self, name) for name in ("point_m", "instrument_m_rad")}
+        fields |= {name: np.append(getattr(self, name), getattr(term, name)) for name in self.parameters()}
+        return type(self)(**fields)
 
     def symbols(self) -> Iterator[str]:
         """Yield each term in symbols, such as ``q2: 0.12 mrad cos(3 q2 - 0.4 rad)``."""
@@ -266,6 +266,6 @@ def _as_text(c: Channel, basis: str, numbers: tuple[float, ...]) -> list[str]:
 
 def _size(name: str, values: Array) -> str:
     """Return amplitudes as text with their unit, ``0.12, -0.03 mrad``."""
-    unit, factor = {"turn_rad": ("mrad", 1e3), "shift_m": ("mm", 1e3), "scale": ("ppm", 1e6)}.get(name, ("", 1.0))
+    unit, factor = {"turn_rad": ("mrad", 1e3), "shift_m": ("mm", 1e3), "share": ("ppm", 1e6)}.get(name, ("", 1.0))
     unit = unit or {"mass_kg": "kg", "moment_kgm": "kg m"}[name]
     return f"{', '.join(f'{x * factor:.3g}' for x in values)} {unit}"

@@ -118,12 +118,12 @@ def _linear_parts(fit: Fit, key: str) -> tuple[Array, Array, Array]:
         key: of the free function, which is part of y and has no columns.
     """
     problem = fit.problem
-    columns, y = [problem.taken], problem.residual.copy()
+    columns, y = list[Array](), problem.residual.copy()
     for effect in problem.model.effects:
         mask = np.full(len(effect.vector()), effect.key == key)
         mask[[i for k, i in fit.parameters if k == effect.key]] = True
         own = problem.columns(effect, mask)
         y += own @ effect.vector()[mask]
         columns += [own] if effect.key != key else []
-    soft = np.concatenate([np.zeros(problem.taken.shape[1]), fit.penalty[[k != key for k, _ in fit.parameters]]])
-    return y, np.hstack(columns), soft
+    soft = fit.penalty[[k != key for k, _ in fit.parameters]]
+    return y, np.hstack(columns) if columns else np.zeros((len(y), 0)), soft

@@ -15,10 +15,11 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize
 
+from postproc.channels.sight import Site
 from postproc.channels.state import State
 from postproc.diagnostics import PostprocError
 from postproc.effects.registry import effect_library
-from postproc.estimation.channels import channels
+from postproc.channels.units import recorded
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.solving.solve import Terms
@@ -149,7 +150,7 @@ def _slopes(base: Fit, state: State) -> np.ndarray:
 
 
 def _named(state: State) -> dict[str, np.ndarray]:
-    found = channels(state, np.zeros((len(state), 3)))
+    found = recorded(state, Site())
     return {k: v for k, v in found.items() if k not in ("row", "x", "y", "z") and not k.startswith("load")}
 
 
