@@ -17,11 +17,11 @@ from postproc.estimation.linear import Linear, basis_of
 from postproc.estimation.problem import Problem, at_least_ordinary
 from postproc.estimation.solving.determined import WIDE
 from postproc.estimation.solving.solve import ROUGHLY, SETTLED, Terms
-from postproc.identification.candidates.candidate import Candidate, Screen
-from postproc.identification.candidates.composition import compose
-from postproc.identification.candidates.forms import ordinary
-from postproc.identification.candidates.nonlinear import refit_form
-from postproc.identification.gain import laplace
+from postproc.identification.screen.candidate import Candidate, Screen
+from postproc.identification.screen.composition import compose
+from postproc.identification.screen.forms import ordinary
+from postproc.identification.screen.gain import laplace
+from postproc.identification.screen.nonlinear import refit_form
 from postproc.model.arm import Model
 
 SIGNIFICANT = 5e-3

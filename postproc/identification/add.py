@@ -21,17 +21,17 @@ from postproc.estimation.solving.rounding import misjudged
 from postproc.estimation.solving.settle import settled
 from postproc.estimation.solving.solve import Terms
 from postproc.identification.acceptance import fitted_best
-from postproc.identification.candidates.candidate import Screen
-from postproc.identification.candidates.composition import compose
-from postproc.identification.forward import with_patterns
+from postproc.identification.curves.families import curve_forms
 from postproc.identification.refits import refit_all, thinned
 from postproc.identification.refits import without as without_some
+from postproc.identification.screen.candidate import Screen
+from postproc.identification.screen.composition import compose
+from postproc.identification.search import with_patterns
 from postproc.identification.state import SearchState
 from postproc.measure.measurements import Measurements
 from postproc.measure.observations import Observation
 from postproc.measure.read.columns import columns_of
 from postproc.model.arm import Model
-from postproc.patterns.dictionary import patterns
 from postproc.watch import Watch, unwatched
 
 LEAST_FALL = 0.005
@@ -244,7 +244,7 @@ def with_curve(fit: Fit) -> Fit:
         PostprocError: DAT028, nothing that remains follows a channel.
     """
     state = fit.problem.sensitivity.state
-    found = with_patterns(SearchState(fit, fit, {}, patterns(state, fit.problem.site)))
+    found = with_patterns(SearchState(fit, fit, {}, curve_forms(state, fit.problem.site)))
     if not found.outside:
         message = "no curve is added: nothing that remains follows a channel"
         raise PostprocError.of("DAT028", message, fit.data.source, help="see what `diagnose` says", exit_code=1)

@@ -13,17 +13,17 @@ from postproc.estimation.findings import data_findings
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.solving.rounding import misjudged
-from postproc.identification.candidates.candidate import Candidate
+from postproc.identification.curves.families import curve_forms
 from postproc.identification.diagnosis import Diagnosis, Verdict, too_few
-from postproc.identification.forward import search, with_patterns
 from postproc.identification.lack_of_fit import lacks_fit
 from postproc.identification.refits import refit_all, thinned, without
+from postproc.identification.screen.candidate import Candidate
+from postproc.identification.screen.suspects import Suspect, by_channel
+from postproc.identification.search import search, with_patterns
 from postproc.identification.state import SearchState
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.columns import columns_of
 from postproc.model.arm import Model
-from postproc.patterns.dictionary import patterns
-from postproc.patterns.suspects import Suspect, by_channel
 from postproc.watch import Watch, unwatched
 
 
@@ -71,7 +71,7 @@ def _diagnosed(
     untestable = {k: _why_untestable(c, base) for k, c in library.items() if c.null().missing(measured)}
     classes = {k: c for k, c in library.items() if k not in untestable}
     start = thinned(base)
-    every = patterns(start.problem.sensitivity.state, start.problem.site)
+    every = curve_forms(start.problem.sensitivity.state, start.problem.site)
     watch("every effect alone", 0.1)
     begin = SearchState(start, start, classes, every)
     first = begin.ranked
@@ -129,12 +129,12 @@ def _suspects(named: SearchState, outside: Sequence[Suspect], lacking: bool) -> 
         named: the search with the named effects alone; outside: the patterns that were found beside them.
         lacking: whether more is left than the noise.
     """
-    first = named.patterns_left()
+    first = named.curves_left()
     if not (outside or lacking or first):
         return ()
     if outside and outside[0].pattern not in [s.pattern for s in first[:1]]:
         first = outside[0].seen_by(named.fit.problem, named.fit.linear)
-    others = [s for s in named.pattern_screen.suspects() if not any(s is one for one in first)]
+    others = [s for s in named.curve_screen.suspects() if not any(s is one for one in first)]
     return tuple(by_channel([*first, *others], outside[1:]))
 
 

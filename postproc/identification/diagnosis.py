@@ -13,9 +13,9 @@ from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic
 from postproc.estimation.fitted import Fit
 from postproc.estimation.held_out import contiguous_blocks, hold_out
-from postproc.identification.candidates.candidate import Candidate
+from postproc.identification.screen.candidate import Candidate
+from postproc.identification.screen.suspects import Suspect
 from postproc.measure.errors import rms
-from postproc.patterns.suspects import Suspect
 
 Verdict = Literal["complete", "missing", "unknown"]
 

@@ -11,8 +11,8 @@ from postproc.arrays import Array
 from postproc.estimation.evidence import CLOSE_EVIDENCE, ROUNDING_SHARE, schwarz
 from postproc.estimation.fitted import Fit
 from postproc.estimation.linear import Linear
-from postproc.identification.candidates.candidate import Candidate
-from postproc.identification.gain import DIM
+from postproc.identification.screen.candidate import Candidate
+from postproc.identification.screen.gain import DIM
 
 PARTS, SHARE = 20, 0.7
 """Random parts of the poses that are asked, and how many poses each has."""

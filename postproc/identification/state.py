@@ -20,13 +20,13 @@ from postproc.estimation.least_squares import fit_model
 from postproc.estimation.leftover import SLOW
 from postproc.estimation.solving.solve import ROUGHLY, Terms
 from postproc.identification.acceptance import ranking
-from postproc.identification.candidates.candidate import Candidate, FormCache, Screen
+from postproc.identification.curves.families import CurveForms
+from postproc.identification.curves.prior import UNNAMED_LOG_PRIOR
 from postproc.identification.refits import refit_all
+from postproc.identification.screen.candidate import Candidate, FormCache, Screen
+from postproc.identification.screen.curves import CurveScreen
+from postproc.identification.screen.suspects import Suspect
 from postproc.measure.trajectory import is_record
-from postproc.patterns.dictionary import Patterns
-from postproc.patterns.pattern_prior import UNNAMED_LOG_PRIOR
-from postproc.patterns.screening import PatternScreen
-from postproc.patterns.suspects import Suspect
 
 UNSURE = 0.15
 """Share of what is left that a pattern must explain where nothing tells how much of it is noise: what one function of
@@ -48,7 +48,7 @@ class SearchState:
     base: Fit
     fit: Fit
     classes: Mapping[str, type[Effect]]
-    patterns: Patterns | None
+    patterns: CurveForms | None
     missing: tuple[Candidate, ...] = ()
     outside: tuple[Suspect, ...] = ()
     stock: dict[bytes, FormCache] = field(default_factory=dict, repr=False)
@@ -90,12 +90,12 @@ class SearchState:
         return ranking(self.fit, self.screen)
 
     @cached_property
-    def pattern_screen(self) -> PatternScreen:
+    def curve_screen(self) -> CurveScreen:
         """All patterns, tried on the residual of the fit."""
         assert self.patterns is not None
-        return PatternScreen(self.fit.problem, self.fit.linear, self.patterns)
+        return CurveScreen(self.fit.problem, self.fit.linear, self.patterns)
 
-    def patterns_left(self, asked: float = 0.0) -> list[Suspect]:
+    def curves_left(self, asked: float = 0.0) -> list[Suspect]:
         """Return the patterns with positive evidence, strongest first.
 
         Where the noise is not known, they explain the share `UNSURE` of the residual, unless poses were measured one by
@@ -114,7 +114,7 @@ class SearchState:
             slow = poses and {*SLOW, "row"}.issuperset(suspect.channels)
             return known or slow or suspect.fall > UNSURE * self.fit.linear.square
 
-        return [s for s in self.pattern_screen.suspects(asked) if s.evidence > 0 and enough(s)]
+        return [s for s in self.curve_screen.suspects(asked) if s.evidence > 0 and enough(s)]
 
     def beside(self, outside: tuple[Suspect, ...]) -> SearchState:
         """Return the state with other patterns beside the model, and everything fitted again.

@@ -13,9 +13,9 @@ from postproc.diagnostics import joined
 from postproc.effects.registry import BUILT_IN
 from postproc.estimation.solving.smooth import effective_parameters
 from postproc.grouping import grouped
-from postproc.identification.candidates.candidate import Candidate
 from postproc.identification.diagnosis import Diagnosis
 from postproc.identification.joint_curves import JointCurve, curves
+from postproc.identification.screen.candidate import Candidate
 from postproc.numbers import mm, mm_or_none
 from postproc.report.blocks import (
     Bar,

@@ -8,9 +8,9 @@ import numpy as np
 
 from postproc.diagnostics import joined
 from postproc.estimation.solving.smooth import effective_parameters
-from postproc.identification.candidates.candidate import Candidate
 from postproc.identification.diagnosis import Diagnosis, suspect_size, too_few
-from postproc.patterns.suspects import Suspect
+from postproc.identification.screen.candidate import Candidate
+from postproc.identification.screen.suspects import Suspect
 from postproc.results.wording import place
 
 MOST_RIVALS_NAMED = 3

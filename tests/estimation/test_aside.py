@@ -11,9 +11,9 @@ from postproc.estimation.channels import channels
 from postproc.estimation.findings import cautions, data_findings, standing_out
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.problem import Weights
+from postproc.identification.curves.families import curve_forms
 from postproc.identification.diagnose import diagnose
-from postproc.patterns.dictionary import patterns
-from postproc.patterns.screening import PatternScreen
+from postproc.identification.screen.curves import CurveScreen
 from tests.identification.cells import base_fit, cell
 from tests.independent.cells import Hidden, column
 
@@ -72,7 +72,7 @@ def test_a_pattern_holds_for_fits_that_set_other_rows_aside():
     fit = base_fit(data)
     problem = fit.problem
     state, position = problem.sensitivity.state, problem.rest.T_base_tcp[:, :3, 3]
-    suspect = PatternScreen(problem, fit.linear, patterns(channels(state, position), state, position)).suspects()[0]
+    suspect = CurveScreen(problem, fit.linear, curve_forms(channels(state, position), state, position)).suspects()[0]
     fewer = problem.weights.values.copy()
     fewer[5] = 0.0
     assert suspect.columns(problem.weighted(Weights(fewer))) == pytest.approx(

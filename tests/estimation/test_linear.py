@@ -9,7 +9,7 @@ from postproc.estimation.evidence import f_test
 from postproc.estimation.held_out import contiguous_blocks, hold_out, neighbouring_blocks, standardised
 from postproc.estimation.independent import independent_share, serial_share
 from postproc.estimation.linear import Linear, basis_of
-from postproc.identification.gain import gain
+from postproc.identification.screen.gain import gain
 
 
 def problem(seed=1, rows=60, columns=7):

@@ -12,15 +12,15 @@ from postproc.diagnostics import Source
 from postproc.effects.registry import effect_library
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
+from postproc.identification.curves.form import CurveForm
+from postproc.identification.curves.functions import fixed
+from postproc.identification.curves.signal import Signal
 from postproc.identification.diagnose import diagnose
 from postproc.identification.diagnosis import Diagnosis
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.table import read_measurements
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
-from postproc.patterns.curves import fixed
-from postproc.patterns.formula import Pattern
-from postproc.patterns.signals import Signal
 from postproc.robot.catalogue import load_robot
 from tests.independent.hidden_effects import Plan, make_set
 
@@ -51,10 +51,10 @@ def _cell(kinds, seed, noise, poses, robot, outliers):
     return (*read, answer)
 
 
-def law(names: str, values, text: str = "proportional", code: str = "") -> Pattern:
+def law(names: str, values, text: str = "proportional", code: str = "") -> CurveForm:
     """A pattern that is called ``text``, of values (n,) that follow some channels, "q5 q6"."""
     signal = Signal(tuple(names.split()), values, code, "", names)
-    return Pattern(((fixed(lambda x: x, text, "line"), signal),), kind="line")
+    return CurveForm(((fixed(lambda x: x, text, "line"), signal),), kind="line")
 
 
 _fits: dict[tuple[int, str, tuple[str, ...]], tuple[Measurements, Fit]] = {}

@@ -10,10 +10,10 @@ import pytest
 from postproc.effects.library.joints.nonlinear_compliance import NonlinearCompliance
 from postproc.effects.library.loads.arm_load import ArmLoad
 from postproc.estimation.least_squares import fit_model
-from postproc.identification.forward import accepted
+from postproc.identification.screen.suspects import Suspect
+from postproc.identification.search import accepted
 from postproc.identification.state import SearchState
 from postproc.model.derivatives.places import INSTRUMENT
-from postproc.patterns.suspects import Suspect
 from tests.identification.cells import base_fit, cell, law
 from tests.identification.test_whole import two_rates
 from tests.independent import library_effects as kinds

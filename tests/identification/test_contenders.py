@@ -10,10 +10,10 @@ import numpy as np
 from postproc.effects.library.joints.backlash import Backlash
 from postproc.effects.library.loads.arm_load import ArmLoad
 from postproc.estimation.evidence import CLOSE_EVIDENCE
-from postproc.identification.candidates.candidate import Candidate
-from postproc.identification.candidates.forms import columns_of
-from postproc.identification.gain import gain
 from postproc.identification.indistinguishable import contenders
+from postproc.identification.screen.candidate import Candidate
+from postproc.identification.screen.forms import columns_of
+from postproc.identification.screen.gain import gain
 from tests.identification.cells import base_fit, cell
 
 

@@ -7,8 +7,8 @@ import pytest
 
 from postproc.effects.library.joints.nonlinear_compliance import NonlinearCompliance
 from postproc.effects.library.joints.transmission_error import TransmissionError
-from postproc.identification.candidates.forms import forms_nearby, forms_of, ordinary
-from postproc.identification.gain import gain, gains
+from postproc.identification.screen.forms import forms_nearby, forms_of, ordinary
+from postproc.identification.screen.gain import gain, gains
 from tests.identification.cells import base_fit, cell
 from tests.independent import library_effects as kinds
 

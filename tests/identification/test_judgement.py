@@ -34,17 +34,17 @@ from postproc.identification.acceptance import (
     refit,
 )
 from postproc.identification.add import add_effects
-from postproc.identification.candidates.candidate import Candidate, Screen
-from postproc.identification.candidates.composition import compose
-from postproc.identification.candidates.forms import forms_of
 from postproc.identification.diagnose import diagnose
-from postproc.identification.forward import accepted
-from postproc.identification.gain import laplace
 from postproc.identification.indistinguishable import indistinguishable
+from postproc.identification.screen.candidate import Candidate, Screen
+from postproc.identification.screen.composition import compose
+from postproc.identification.screen.forms import forms_of
+from postproc.identification.screen.gain import laplace
+from postproc.identification.screen.suspects import Suspect, places
+from postproc.identification.search import accepted
 from postproc.identification.state import SearchState
 from postproc.measure.measurements import Measurements
 from postproc.model.equilibrium import predict
-from postproc.patterns.suspects import Suspect, places
 from postproc.robot.catalogue import load_robot
 from tests.identification.cells import base_fit, cell, law
 from tests.independent import library_effects as kinds

@@ -11,15 +11,15 @@ from postproc.effects.library.joints.joint_error_map import JointErrorMap
 from postproc.effects.library.joints.transmission_error import TransmissionError
 from postproc.effects.registry import effect_library
 from postproc.estimation.least_squares import fit_model
-from postproc.identification.candidates.candidate import Candidate, Screen
-from postproc.identification.candidates.composition import _sharpened, compose
-from postproc.identification.candidates.forms import columns_of, forms_of
+from postproc.identification.curves.families import curve_forms
 from postproc.identification.diagnose import _with_held_out, diagnose
-from postproc.identification.forward import backward
-from postproc.identification.gain import gain
+from postproc.identification.screen.candidate import Candidate, Screen
+from postproc.identification.screen.composition import _sharpened, compose
+from postproc.identification.screen.forms import columns_of, forms_of
+from postproc.identification.screen.gain import gain
+from postproc.identification.screen.suspects import Suspect
+from postproc.identification.search import backward
 from postproc.identification.state import SearchState
-from postproc.patterns.dictionary import patterns
-from postproc.patterns.suspects import Suspect
 from tests.identification.cells import base_fit, cell, law
 from tests.independent.cells import Hidden, column
 
@@ -87,7 +87,7 @@ def test_a_line_that_a_pattern_leaves_nothing_to_tell_goes():
     place = fit.problem.sensitivity.matrix[:, :, 2:3]
     jump = Suspect("joint 3", place, law("q3", 1.0 * (data.state.q[:, 2] > 0.1)), 1.0, 1.0, tried, "q3")
     state, position = fit.problem.sensitivity.state, fit.problem.rest.T_base_tcp[:, :3, 3]
-    every = patterns({"q3": state.q[:, 2]}, state, position)
+    every = curve_forms({"q3": state.q[:, 2]}, state, position)
     search = SearchState(base, fit, effect_library(), every, tuple(told)).beside((jump,))
     anew = backward(search)
     assert anew.fit.model.effect(wave.key).joint == (2,)

@@ -16,9 +16,9 @@ from postproc.effects.library.loads.gravity_compensator import GravityCompensato
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.linear import Linear
 from postproc.identification.add import add_effects
-from postproc.identification.candidates.candidate import Screen
-from postproc.identification.candidates.composition import compose
-from postproc.identification.candidates.nonlinear import SubsampledProblem, optimise_nonlinear, refit_form, subsampled
+from postproc.identification.screen.candidate import Screen
+from postproc.identification.screen.composition import compose
+from postproc.identification.screen.nonlinear import SubsampledProblem, optimise_nonlinear, refit_form, subsampled
 from postproc.model.derivatives.places import load_parts
 from postproc.model.equilibrium import predict
 from tests.identification.cells import base_fit, cell, true_error
@@ -113,7 +113,7 @@ def test_many_effects_load_the_arm_at_once_as_each_does_alone():
 
 
 def test_some_poses_are_fitted_as_a_penalty_asks_of_their_share(monkeypatch):
-    monkeypatch.setattr("postproc.identification.candidates.nonlinear.SCREENED_POSES", 30)
+    monkeypatch.setattr("postproc.identification.screen.nonlinear.SCREENED_POSES", 30)
     fit, data, _ = _fitted(_hose)
     rng = np.random.default_rng(3)
     problem = replace(fit.problem, data=data)

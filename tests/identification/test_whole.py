@@ -10,10 +10,10 @@ from postproc.effects.registry import effect_library
 from postproc.estimation.channels import channels
 from postproc.estimation.problem import Weights
 from postproc.identification.acceptance import judged, refit
-from postproc.identification.candidates.composition import compose
-from postproc.identification.forward import backward, search
+from postproc.identification.curves.families import curve_forms
+from postproc.identification.screen.composition import compose
+from postproc.identification.search import backward, search
 from postproc.identification.state import SearchState
-from postproc.patterns.dictionary import patterns
 from tests.identification.cells import base_fit, cell
 from tests.independent import library_effects as kinds
 from tests.independent.cells import Hidden, column
@@ -68,9 +68,9 @@ def test_a_name_takes_the_place_of_a_pattern_that_was_taken_before_it():
     data, _ = cell(kinds.thermal_joint_drift, seed=31, poses=60)
     base = base_fit(data)
     state, position = base.problem.sensitivity.state, base.problem.rest.T_base_tcp[:, :3, 3]
-    every = patterns(channels(state, position), state, position)
+    every = curve_forms(channels(state, position), state, position)
     begin = SearchState(base, base, {"thermal_joint_drift": effect_library()["thermal_joint_drift"]}, every)
-    early = begin.beside(tuple(begin.patterns_left()[:1]))
+    early = begin.beside(tuple(begin.curves_left()[:1]))
     assert early.outside and not early.missing
     found = search(early)
     assert found.keys == ("thermal_joint_drift",) and not found.outside

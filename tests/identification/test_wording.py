@@ -21,9 +21,9 @@ from postproc.effects.library.structure.link_geometry import LinkGeometry
 from postproc.effects.registry import effect_library
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.solving.solve import Terms
-from postproc.identification.candidates.candidate import Candidate
 from postproc.identification.compare import compare
 from postproc.identification.diagnosis import Diagnosis
+from postproc.identification.screen.candidate import Candidate
 from postproc.measure.observations import observations
 from postproc.results.diagnosis import brief_ranking, suspect_table, verdict_figures
 from postproc.results.fit import fit_values, parameter_values

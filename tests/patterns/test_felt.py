@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from postproc.channels.state import State
-from postproc.patterns.signals import Signal
-from postproc.patterns.tool_frame_forces import felt_by_tool, leaning, overturning
+from postproc.identification.curves.signal import Signal
+from postproc.identification.curves.tool import felt_by_tool, leaning, overturning
 from postproc.robot.catalogue import load_robot
 from tests.independent.arm import irb4600
 

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from postproc.estimation.channels import channels
+from postproc.identification.curves.families import curve_forms
+from postproc.identification.curves.form import Group
+from postproc.identification.curves.functions import of_channel, sharper
+from postproc.identification.curves.signal import channel_signal
 from postproc.identification.diagnose import diagnose
-from postproc.patterns.curves import of_channel, sharper
-from postproc.patterns.dictionary import patterns
-from postproc.patterns.formula import Group
-from postproc.patterns.screening import PatternScreen
-from postproc.patterns.signals import channel_signal
-from postproc.patterns.suspects import Suspect, by_channel
+from postproc.identification.screen.curves import CurveScreen
+from postproc.identification.screen.suspects import Suspect, by_channel
 from tests.identification.cells import base_fit, cell, law
 from tests.independent import library_effects as library
 from tests.independent.cells import Hidden, column
@@ -105,7 +105,7 @@ def test_a_law_is_told_at_its_own_joint_where_the_casting_beside_it_looks_better
     data, _ = cell(loaded_ripple, seed=seed, noise=0.03, poses=90)
     fit = base_fit(data)
     state, position = fit.problem.sensitivity.state, fit.problem.rest.T_base_tcp[:, :3, 3]
-    first = PatternScreen(fit.problem, fit.linear, patterns(channels(state, position), state, position)).suspects()[0]
+    first = CurveScreen(fit.problem, fit.linear, curve_forms(channels(state, position), state, position)).suspects()[0]
     assert (first.where, set(first.channels)) == ("joint 3", {"q3", "load3"}) and first.share > 0.99
 
 

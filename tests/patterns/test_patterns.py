@@ -8,15 +8,15 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from postproc.channels.state import State
+from postproc.identification.curves.families import CurveForms, swelling
+from postproc.identification.curves.form import Group, block
+from postproc.identification.curves.functions import STEP, fixed, of_signal, sharper, waves
+from postproc.identification.curves.prior import FRAMES, PLACES, UNNAMED_LOG_PRIOR, odds
+from postproc.identification.curves.signal import Signal, channel_signal
 from postproc.identification.diagnose import diagnose
+from postproc.identification.screen.curves import CurveScreen
+from postproc.identification.screen.suspects import by_channel, places
 from postproc.model.derivatives.places import BODY, INSTRUMENT, TOOL
-from postproc.patterns.curves import STEP, fixed, of_signal, sharper, waves
-from postproc.patterns.dictionary import Patterns, patterns, swelling
-from postproc.patterns.formula import Group, block
-from postproc.patterns.pattern_prior import FRAMES, PLACES, UNNAMED_LOG_PRIOR, odds
-from postproc.patterns.screening import PatternScreen
-from postproc.patterns.signals import Signal, channel_signal
-from postproc.patterns.suspects import by_channel, places
 from tests.identification.cells import base_fit, cell
 from tests.independent import unknown_effects as kinds
 
@@ -56,7 +56,7 @@ def test_a_sway_is_found_at_its_own_period_and_phase():
     truth = np.sin(2 * np.pi * time / 1630.0 + 0.9)
     coarse = [
         p
-        for p in patterns({"time": time}, state(np.zeros((150, 6))), np.zeros((150, 3))).every
+        for p in curve_forms({"time": time}, state(np.zeros((150, 6))), np.zeros((150, 3))).every
         if p.text.startswith("swaying")
     ]
     fine = best(sharper(best(coarse, truth)), truth)
@@ -87,7 +87,7 @@ def all_grown(pattern, every):
 
 def of_two(**channels):
     n = len(next(iter(channels.values())))
-    return patterns(channels, state(np.zeros((n, 6))), np.zeros((n, 3)))
+    return curve_forms(channels, state(np.zeros((n, 6))), np.zeros((n, 3)))
 
 
 @pytest.mark.parametrize(
@@ -203,8 +203,8 @@ def test_what_stands_elsewhere_is_shifted_and_turned():
     door, row = np.where(np.arange(len(data)) % 4 < 2, 1.0, 0.0), fit.problem.row
     leans = fit.problem.sensitivity.matrix[:, :, INSTRUMENT : INSTRUMENT + 6] @ [1e-4, -2e-4, 1e-4, 1e-4, 5e-5, -1e-4]
     y = fit.problem.whiten((leans * door[:, None])[:, :, None])[:, 0] + np.random.default_rng(1).normal(size=len(row))
-    every = Patterns([plain("door", door, "level")], slow=frozenset(["door"]))
-    found = PatternScreen(fit.problem, replace(fit.linear, residual=y), every).suspects()
+    every = CurveForms([plain("door", door, "level")], slow=frozenset(["door"]))
+    found = CurveScreen(fit.problem, replace(fit.linear, residual=y), every).suspects()
     assert found[0].where in FRAMES
     assert replace(fit.linear, residual=y).extended(found[0].columns(fit.problem)).square < 1.2 * len(y)
 
@@ -276,7 +276,7 @@ def test_a_loose_seat_follows_gravity_along_an_axis_of_the_tool():
     T[:, 6, :3, :3] = turned
     at = State(q=g.uniform(-1, 1, (150, 6)), T_flange_tcp=np.eye(4), T_base_body=T)
     truth = 1.0 * (turned[:, 2, 1] * -9.80665 > 2.0)  # gravity along y of the flange
-    every = patterns({}, at, np.zeros((150, 3)))
+    every = curve_forms({}, at, np.zeros((150, 3)))
     found = closest(best([p for p in every.every if p.where == "tool"], truth), truth)
     assert found.text.startswith("step near ") and found.text.endswith("m/s^2 of gravity along y of the tool")
     assert abs(np.corrcoef(found.values, truth)[0, 1]) > 0.99
@@ -353,11 +353,9 @@ def test_the_best_pattern_is_tried_everywhere_else(monkeypatch):
     time, row = np.random.default_rng(3).permutation(np.linspace(0.0, 7200.0, len(data))), fit.problem.row
     moved = fit.problem.whiten(fit.problem.sensitivity.matrix[:, :, 3:4])[:, 0] * 2e-4 * (time > 3500)[row]
     y, added = moved + np.random.default_rng(5).normal(size=len(row)), list[str]()
-    own = PatternScreen._tested
-    monkeypatch.setattr(
-        PatternScreen, "_tested", lambda self, where, form: added.append(where) or own(self, where, form)
-    )
-    found = PatternScreen(fit.problem, replace(fit.linear, residual=y), of_two(time=time)).suspects()
+    own = CurveScreen._tested
+    monkeypatch.setattr(CurveScreen, "_tested", lambda self, where, form: added.append(where) or own(self, where, form))
+    found = CurveScreen(fit.problem, replace(fit.linear, residual=y), of_two(time=time)).suspects()
     assert (found[0].where, found[0].pattern) == ("joint 4", "step near 3427 ± 130 s")
     assert {"joint 3", "joint 5", "base", "tool"} <= set(added) and "joint 4" not in added
 
@@ -372,8 +370,8 @@ def test_a_tool_that_turns_is_seen_where_orientations_are_measured():
     moved = fit.problem.sensitivity.matrix[:, :, TOOL : TOOL + 6] @ [0, 3e-5, 0, 4e-4, 0, -3e-4]
     y = fit.problem.whiten((moved * heavy[:, None])[:, :, None])[:, 0] + np.random.default_rng(1).normal(size=len(row))
     left = replace(fit.linear, residual=y)
-    found = PatternScreen(
-        fit.problem, left, Patterns([plain("payload", heavy, "level")], slow=frozenset(["payload"]))
+    found = CurveScreen(
+        fit.problem, left, CurveForms([plain("payload", heavy, "level")], slow=frozenset(["payload"]))
     ).suspects()
     assert found[0].where == "tool, shifted and turned" and found[0].evidence > 0
     assert left.extended(found[0].columns(fit.problem)).square < 1.2 * len(y)
@@ -387,7 +385,7 @@ def test_a_tool_that_turns_follows_the_arm_as_well():
     moved = fit.problem.sensitivity.matrix[:, :, TOOL : TOOL + 6] @ [0, 3e-5, 0, 4e-4, 0, -3e-4]
     y = fit.problem.whiten((moved * side[:, None])[:, :, None])[:, 0] + np.random.default_rng(1).normal(size=len(row))
     left = replace(fit.linear, residual=y)
-    found = PatternScreen(fit.problem, left, of_two(dir6=side, time=np.linspace(0, 1, len(side)))).suspects()
+    found = CurveScreen(fit.problem, left, of_two(dir6=side, time=np.linspace(0, 1, len(side)))).suspects()
     assert (found[0].where, found[0].channel) == ("tool, shifted and turned", "dir6")
     assert left.extended(found[0].columns(fit.problem)).square < 1.2 * len(y)
 
@@ -424,7 +422,7 @@ def test_a_pattern_that_cannot_be_moved_is_told_as_it_is():
     turned = fit.problem.whiten(fit.problem.sensitivity.matrix[:, :, 1:2])[:, 0] * 3e-4 * side[fit.problem.row]
     y = turned + np.random.default_rng(1).normal(size=len(turned))
     still = plain("q2", side, "side")
-    found = PatternScreen(fit.problem, replace(fit.linear, residual=y), Patterns([still])).suspects()
+    found = CurveScreen(fit.problem, replace(fit.linear, residual=y), CurveForms([still])).suspects()
     assert found[0].evidence > 0 and (found[0].where, found[0].pattern) == ("joint 2", "side")
 
 
@@ -441,7 +439,7 @@ def test_a_body_that_shifts_is_told_beside_what_it_is_off_everywhere(body):
         + (J * side[row, None]) @ [4e-4, 3e-4, -3e-4]
         + np.random.default_rng(1).normal(size=len(row))
     )
-    found = PatternScreen(fit.problem, replace(fit.linear, residual=y), Patterns([plain("x", side, "side")])).suspects()
+    found = CurveScreen(fit.problem, replace(fit.linear, residual=y), CurveForms([plain("x", side, "side")])).suspects()
     assert found[0].where == f"body {body}, shifted"
     after = replace(fit.linear, residual=y).extended(found[0].columns(fit.problem))
     assert after.square < 1.3 * len(y)
@@ -456,7 +454,7 @@ def test_a_channel_that_goes_with_the_first_one_is_told_beside_it():
     turned = fit.problem.whiten(fit.problem.sensitivity.matrix[:, :, 3:4])[:, 0] * 4e-4 * ((warm - 20.0) / 50.0)[row]
     y = turned + np.random.default_rng(1).normal(size=len(row))
     lines = [plain(n, v, "line") for n, v in (("temperature", warm), ("time", time), ("x", other))]
-    shown = by_channel(PatternScreen(fit.problem, replace(fit.linear, residual=y), Patterns(lines)).suspects())
+    shown = by_channel(CurveScreen(fit.problem, replace(fit.linear, residual=y), CurveForms(lines)).suspects())
     assert [(s.channel, s.where) for s in shown[:2]] == [("temperature", "joint 4"), ("time", "joint 4")]
     assert shown[1].pattern.endswith("time goes with temperature here") and "x" not in {s.channel for s in shown}
 

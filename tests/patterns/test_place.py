@@ -1,4 +1,4 @@
-"""Patterns at a place, many at once and a value a pose, against least squares with all columns written out."""
+"""CurveForms at a place, many at once and a value a pose, against least squares with all columns written out."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from postproc.estimation.linear import Linear
-from postproc.patterns.pattern_prior import ROOMS, sort_of_place
-from postproc.patterns.place import Place
-from postproc.patterns.suspects import places
+from postproc.identification.curves.prior import ROOMS, sort_of_place
+from postproc.identification.screen.place import Place
+from postproc.identification.screen.suspects import places
 from tests.identification.cells import base_fit, cell
 
 POSES = 40

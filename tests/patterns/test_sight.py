@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from postproc.patterns.instrument_model import SEEN, WAYS, Sight
-from postproc.patterns.signals import text_of
+from postproc.identification.curves.instrument import SEEN, WAYS, Sight
+from postproc.identification.curves.signal import text_of
 from tests.identification.cells import base_fit, cell
 from tests.independent import unknown_effects as kinds
 

@@ -14,10 +14,10 @@ from postproc.estimation.fitted import Fit
 from postproc.estimation.problem import Problem
 from postproc.estimation.solving.determined import WIDE
 from postproc.estimation.solving.step import Name
-from postproc.identification.candidates.candidate import Screen
-from postproc.identification.candidates.composition import compose
-from postproc.identification.candidates.forms import ordinary
-from postproc.identification.candidates.nonlinear import refit_form
+from postproc.identification.screen.candidate import Screen
+from postproc.identification.screen.composition import compose
+from postproc.identification.screen.forms import ordinary
+from postproc.identification.screen.nonlinear import refit_form
 
 PRIOR = 1 / (10 * WIDE) ** 2
 """Precision of a parameter before anything is measured, in ordinary sizes: that of the weak pull in a fit."""

@@ -13,9 +13,9 @@ from postproc.estimation.fitted import Fit
 from postproc.grouping import grouped
 from postproc.identification.compare import worst_rows
 from postproc.identification.diagnosis import suspect_size
+from postproc.identification.screen.suspects import Suspect
 from postproc.identification.trends import LEAST_LEVER_M, Trend, joint_inverse, residual_trends
 from postproc.measure.errors import distances
-from postproc.patterns.suspects import Suspect
 from postproc.report.blocks import Chart, Section
 from postproc.report.drawing.charts import Bins, scatter
 from postproc.report.drawing.svg import Range, spread

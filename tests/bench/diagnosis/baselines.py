@@ -17,13 +17,13 @@ from scipy.optimize import minimize
 
 from postproc.channels.sight import Site
 from postproc.channels.state import State
+from postproc.channels.units import recorded
 from postproc.diagnostics import PostprocError
 from postproc.effects.registry import effect_library
-from postproc.channels.units import recorded
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.solving.solve import Terms
-from postproc.identification.candidates.forms import forms_of
+from postproc.identification.screen.forms import forms_of
 from postproc.model.equilibrium import predict
 from postproc.model.uncertainty import derivatives
 from tests.bench.diagnosis.judge import base_fit, error, judge

@@ -32,7 +32,7 @@ RULES: dict[str, tuple[Patch, ...]] = {
             lambda terms, *others: np.ones(len(terms), dtype=bool),
         ),
     ),
-    "switches": (("patterns.screening", "PatternScreen._switched", _nothing),),
+    "switches": (("patterns.screening", "CurveScreen._switched", _nothing),),
     "memory": (("patterns.dictionary", "memories", _nothing), ("patterns.dictionary", "lags", _nothing)),
     "leaning": (("patterns.dictionary", "overturning", lambda *parts: ([], [])),),
 }

@@ -1,4 +1,4 @@
-"""Patterns tried at places of the arm: what each takes off the residual, at the price of all that were tried."""
+"""CurveForms tried at places of the arm: what each takes off the residual, at the price of all that were tried."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from postproc.arrays import Array
 from postproc.estimation.evidence import schwarz
 from postproc.estimation.linear import Linear
 from postproc.estimation.problem import Problem
-from postproc.patterns.curves import FINE, sharper
-from postproc.patterns.dictionary import Patterns
-from postproc.patterns.formula import Pattern, times_pattern
-from postproc.patterns.pattern_prior import SEATED, UNNAMED_LOG_PRIOR, off_everywhere
-from postproc.patterns.place import Place, excess_over_noise, taken_off, with_and_without_a_row
-from postproc.patterns.suspects import Suspect, places
+from postproc.identification.curves.families import CurveForms
+from postproc.identification.curves.form import CurveForm, times_form
+from postproc.identification.curves.functions import FINE, sharper
+from postproc.identification.curves.prior import SEATED, UNNAMED_LOG_PRIOR, off_everywhere
+from postproc.identification.screen.place import Place, excess_over_noise, taken_off, with_and_without_a_row
+from postproc.identification.screen.suspects import Suspect, places
 
 MOST = 40
-"""Patterns at one place that are kept, and of all places in the end."""
+"""CurveForms at one place that are kept, and of all places in the end."""
 SHARPER, NARROWER, SWITCHED = 1.65, 2.5, 3.0
 """As much more as a saw tooth may take off than its wave, a narrow window than a wide one around it, what acts in a
 third of the rows than the same in all."""
@@ -30,11 +30,11 @@ Kind = tuple[tuple[str, ...], str]
 """Signals by their labels, and the kind of a pattern of them."""
 TOGETHER = 0.97
 """Rank correlation of two channels (Spearman 1904) from which on one stands for the other."""
-Made = Callable[[int], Pattern]
+Made = Callable[[int], CurveForm]
 
 
 @dataclass
-class PatternScreen:
+class CurveScreen:
     """Every pattern at every place, beside the parameters of a fit; the best patterns are refined when asked for.
 
     Args:
@@ -46,7 +46,7 @@ class PatternScreen:
 
     problem: Problem
     linear: Linear
-    every: Patterns
+    every: CurveForms
     moves: dict[str, Array] = field(init=False)
     tried: tuple[Suspect, ...] = field(init=False)
     prepared: dict[str, Place] = field(default_factory=dict)
@@ -91,14 +91,14 @@ class PatternScreen:
             falls = self._seen(where).falls(values)
             anywhere[use] = np.maximum(anywhere[use], falls)
 
-            def made(k: int, use: NDArray[np.intp] = use) -> Pattern:
+            def made(k: int, use: NDArray[np.intp] = use) -> CurveForm:
                 """Return the k-th of the patterns tried here."""
                 return group[int(use[k])]
 
             yield from self._ranked(where, falls, self.every.prices[use], made, MOST)
         yield from (self._tested(where, pattern) for pattern in self.every.wide if self.every.sensible(pattern, where))
 
-    def _suspect(self, where: str, form: Pattern, fall: float, worth: float) -> Suspect:
+    def _suspect(self, where: str, form: CurveForm, fall: float, worth: float) -> Suspect:
         """Return the suspect of a pattern at a place, under the pattern's first channel.
 
         Args:
@@ -106,14 +106,14 @@ class PatternScreen:
         """
         return Suspect(where, self.moves[where], form, fall, worth, self.every.price(form), form.channels[0])
 
-    def _tested(self, where: str, form: Pattern) -> Suspect:
+    def _tested(self, where: str, form: CurveForm) -> Suspect:
         """Return the suspect of one pattern at a place, with its fall of the sum of squares and its log evidence.
 
         Args:
             where: name of the place; form: the pattern.
         """
         linear = self._seen(where).linear
-        columns = self.problem.whiten(times_pattern(self.moves[where], form.values))
+        columns = self.problem.whiten(times_form(self.moves[where], form.values))
         fall = float(taken_off(linear, columns)[1].sum())
         worth = schwarz(linear.square, linear.square - fall, columns.shape[1], linear.freedom) - self.every.price(form)
         return self._suspect(where, form, fall, float(worth))
@@ -135,7 +135,7 @@ class PatternScreen:
 
     def _without_a_row(self, one: Suspect) -> Suspect:
         """Return the suspect with its log evidence limited to what it is without the row that gains most by it."""
-        columns = self.problem.whiten(times_pattern(one.place, one.values))
+        columns = self.problem.whiten(times_form(one.place, one.values))
         _, less = with_and_without_a_row(self._seen(one.where).linear, columns)
         return replace(one, evidence=min(one.evidence, less - one.price))
 
@@ -242,7 +242,7 @@ class PatternScreen:
         falls = np.concatenate([self._seen(one.where).falls(values) for values, _ in parts])
         which = [(group, k) for _, group in parts for k in range(len(group))]
 
-        def made(k: int) -> Pattern:
+        def made(k: int) -> CurveForm:
             """Return the k-th product, at the price of having tried them all."""
             group, at = which[k]
             return replace(group[at], tries=one.form.tries * len(which))
@@ -259,7 +259,7 @@ def _kind(one: Suspect) -> Kind:
     return tuple(s.label for s in one.form.signals), one.form.kind
 
 
-def _together(first: Sequence[Suspect], every: Patterns) -> list[Suspect]:
+def _together(first: Sequence[Suspect], every: CurveForms) -> list[Suspect]:
     """Return suspects again under each channel that varies along with their own (rank correlation over `TOGETHER`).
 
     Args:

@@ -10,8 +10,17 @@ import numpy as np
 
 from postproc.arrays import finest
 from postproc.channels.units import shown
-from postproc.patterns.formula import Block, Group, Pattern, SignalCurve, acting, block, is_angle, switching
-from postproc.patterns.signals import Signal
+from postproc.identification.curves.form import (
+    Block,
+    CurveForm,
+    Group,
+    SignalFunction,
+    acting,
+    block,
+    is_angle,
+    switching,
+)
+from postproc.identification.curves.signal import Signal
 
 STEPS, KINKS, FINE, KNOTS = 24, 9, 400, 150
 """Edges and knots that are tried at first, edges closer by, knots closer by."""
@@ -32,13 +41,13 @@ FINEST, MANY = 4, 8000
 
 def fixed(
     basis: str, said: str, kind: str, noun: str = "", gate: str = "", numbers: tuple[float, ...] = ()
-) -> SignalCurve:
+) -> SignalFunction:
     """Return a curve whose numbers are not searched: its basis and their values, its description ``said``, its kind.
 
     Args:
         noun: description as a factor of a product; gate: where it is on, in words, which makes it a possible switch.
     """
-    return SignalCurve(basis, said, kind, noun=noun, gate=(gate, f"not {gate}") if gate else (), fixed=numbers)
+    return SignalFunction(basis, said, kind, noun=noun, gate=(gate, f"not {gate}") if gate else (), fixed=numbers)
 
 
 ORIGIN = (0.0,)
@@ -50,17 +59,17 @@ ROOT = fixed("root", "growing with the root of {label}", "curve")
 SIDED_ROOT = fixed("sided_root", "growing with the root of {label}, to its side", "curve")
 SIDED_SQUARE = fixed("sided_square", "growing with the square of {label}, to its side", "curve")
 SQUARE = fixed("square", "growing with the square of {label}", "curve")
-STEP = SignalCurve("step", "step near {n0}{of}", "step", ("edge",), gate=("above {n0}", "below {n0}"))
-RISE = SignalCurve("rise", "rising about {n0}, over {n1}{of}", "step", ("knot", "width"))
-KINK = SignalCurve("kink", "kink near {n0}{of}", "kink", ("knot",))
-ABOVE = SignalCurve("above", "growing above {n0}{of}", "ramp", ("knot",), gate=("above {n0}, growing",))
-BELOW = SignalCurve("below", "growing below {n0}{of}", "ramp", ("knot",), gate=("below {n0}, growing",))
+STEP = SignalFunction("step", "step near {n0}{of}", "step", ("edge",), gate=("above {n0}", "below {n0}"))
+RISE = SignalFunction("rise", "rising about {n0}, over {n1}{of}", "step", ("knot", "width"))
+KINK = SignalFunction("kink", "kink near {n0}{of}", "kink", ("knot",))
+ABOVE = SignalFunction("above", "growing above {n0}{of}", "ramp", ("knot",), gate=("above {n0}, growing",))
+BELOW = SignalFunction("below", "growing below {n0}{of}", "ramp", ("knot",), gate=("below {n0}, growing",))
 SQUARED = {
-    c: SignalCurve(f"{c.basis}_squared", c.said.replace("{of}", ", with the square{of}"), "ramp", ("knot",))
+    c: SignalFunction(f"{c.basis}_squared", c.said.replace("{of}", ", with the square{of}"), "ramp", ("knot",))
     for c in (ABOVE, BELOW)
 }
 SIDED = {
-    c: SignalCurve(
+    c: SignalFunction(
         f"sided_{c.basis}",
         c.said.replace("{of}", " of |{label}|, to the side of {label}"),
         "ramp",
@@ -69,17 +78,19 @@ SIDED = {
     )
     for c in (ABOVE, BELOW)
 }
-BOW = SignalCurve("bow", "growing to either side of {n0}, with the square{of}", "curve", ("knot",))
-WINDOW = SignalCurve(
+BOW = SignalFunction("bow", "growing to either side of {n0}, with the square{of}", "curve", ("knot",))
+WINDOW = SignalFunction(
     "window",
     "only between {n0} and {n1}{of}",
     "window",
     ("edge", "edge"),
     gate=("between {n0} and {n1}", "not between {n0} and {n1}"),
 )
-BUMP = SignalCurve("bump", "bump near {n0}, {n1} wide{of}", "window", ("knot", "width"), gate=("near {n0}, {n1} wide",))
-LEVELLING = SignalCurve("levelling", "levelling off over {n0}{of}", "rise", ("reach",))
-WAVE = SignalCurve(
+BUMP = SignalFunction(
+    "bump", "bump near {n0}, {n1} wide{of}", "window", ("knot", "width"), gate=("near {n0}, {n1} wide",)
+)
+LEVELLING = SignalFunction("levelling", "levelling off over {n0}{of}", "rise", ("reach",))
+WAVE = SignalFunction(
     "wave",
     "{verb} {each}{of}, with a crest near {at}",
     "wave",
@@ -88,13 +99,13 @@ WAVE = SignalCurve(
 )
 _CYCLIC = ("order", "start")
 FOLDS = tuple(
-    SignalCurve(basis, f"{basis} wave {{each}}{{of}}, highest near {{at}}", "wave", _CYCLIC)
+    SignalFunction(basis, f"{basis} wave {{each}}{{of}}, highest near {{at}}", "wave", _CYCLIC)
     for basis in ("folded", "halved", "triangular")
 )
 """Waves that only go one way, or straight up and down: an eccentric that pushes, a bearing that gives, magnets."""
-TOOTH = SignalCurve("saw_tooth", "saw tooth {each}{of}, with a jump near {at}", "wave", _CYCLIC)
+TOOTH = SignalFunction("saw_tooth", "saw tooth {each}{of}, with a jump near {at}", "wave", _CYCLIC)
 """What an encoder does that repeats on each of its marks."""
-PULSE = SignalCurve("pulse", "pulses {each}{of}, one from {at} to {end}", "wave", (*_CYCLIC, "duty"))
+PULSE = SignalFunction("pulse", "pulses {each}{of}, one from {at} to {end}", "wave", (*_CYCLIC, "duty"))
 
 
 def line(signal: Signal, origin: float = 0.0) -> Block:
@@ -168,19 +179,19 @@ def levels(signal: Signal) -> Iterator[Block]:
             yield block(level(signal, some.tolist(), near), signal)
 
 
-def level(signal: Signal, some: Sequence[float], near: float) -> SignalCurve:
+def level(signal: Signal, some: Sequence[float], near: float) -> SignalFunction:
     """Return the curve that is 1 where a signal is within ``near`` of any of some values, and 0 elsewhere."""
     said = " or ".join(shown(signal.unit, value) for value in some)
     basis = "level" if len(some) == 1 else "either_level"
     return fixed(basis, f"at {said}{{of}}", "level", gate=f"at {said}", numbers=(near, *some))
 
 
-def settling(signal: Signal) -> tuple[SignalCurve, SignalCurve]:
+def settling(signal: Signal) -> tuple[SignalFunction, SignalFunction]:
     """Return the curves exp(-(x - s) / t) and log(1 + (x - s) / t) with one number t, s being the lowest value."""
     start, reach = (float(signal.values.min()),), ("reach",)
     return (
-        SignalCurve("settling", "settling within {n0}{of}", "settling", reach, fixed=start),
-        SignalCurve("logarithm", "growing with the logarithm, bent at {n0}{of}", "settling", reach, fixed=start),
+        SignalFunction("settling", "settling within {n0}{of}", "settling", reach, fixed=start),
+        SignalFunction("logarithm", "growing with the logarithm, bent at {n0}{of}", "settling", reach, fixed=start),
     )
 
 
@@ -235,7 +246,7 @@ def knots(signal: Signal, most: int = KNOTS) -> list[float]:
     return np.linspace(low, high, most).tolist()
 
 
-def sharper(pattern: Pattern) -> Group:
+def sharper(pattern: CurveForm) -> Group:
     """Return variants of a pattern: with numbers on a finer grid around its own, and with curves that resemble its own.
 
     The grid is finer the higher the pattern's level; there are none at level `FINEST`, or for a pattern without
@@ -246,7 +257,7 @@ def sharper(pattern: Pattern) -> Group:
     return Group(acting(b).with_(level=pattern.level + 1) for b in _closer(pattern))
 
 
-def _closer(pattern: Pattern) -> Iterator[Block]:
+def _closer(pattern: CurveForm) -> Iterator[Block]:
     """Yield the blocks of variants that `sharper` returns: other curves in place of a factor, then nearby numbers."""
     for k, (curve, signal, own) in enumerate(pattern.each):
         for new, numbers in _instead(curve, signal, own, pattern.level):
@@ -273,8 +284,8 @@ def _closer(pattern: Pattern) -> Iterator[Block]:
 
 
 def _instead(
-    curve: SignalCurve, signal: Signal, numbers: Sequence[float], level: int
-) -> Iterator[tuple[SignalCurve, Iterable[Sequence[float]]]]:
+    curve: SignalFunction, signal: Signal, numbers: Sequence[float], level: int
+) -> Iterator[tuple[SignalFunction, Iterable[Sequence[float]]]]:
     """Yield (curve, rows of its numbers) that may fit better than a curve; few or none once refined (level above 0)."""
     if curve.switch is not None:
         plain, side = curve.switch
@@ -320,7 +331,7 @@ def _instead(
         yield curve, [(numbers[0] * k,) for k in np.geomspace(0.3, 3.0, 41)]
 
 
-def _nearby(curve: SignalCurve, signal: Signal, numbers: Sequence[float], level: int) -> list[list[float]]:
+def _nearby(curve: SignalFunction, signal: Signal, numbers: Sequence[float], level: int) -> list[list[float]]:
     """Return for each number of a curve values around it to try, the closer the more often refined (level)."""
     x, closer, found = signal.values, 3.0**-level, list[list[float]]()
     low, high = np.quantile(x, [0.02, 0.98])

@@ -14,7 +14,7 @@ from postproc.effects.sums import SumOfTerms
 from postproc.estimation.fitted import Fit
 from postproc.estimation.problem import Problem, Weights
 from postproc.estimation.solving.step import Masks
-from postproc.identification.candidates.forms import Form, Forms, columns_of, forms_of
+from postproc.identification.screen.forms import Form, Forms, columns_of, forms_of
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Patterns of what the tool and the footing feel: they lie loosely in their seats, or lift off them."""
+"""CurveForms of what the tool and the footing feel: they lie loosely in their seats, or lift off them."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from postproc.channels.sight import Site
 from postproc.channels.state import State
 from postproc.channels.tool import FORCES, force_on_tool
 from postproc.channels.units import varies
-from postproc.patterns.curves import LEVELLING, ORIGIN, ROOT, SQUARE, breaks, fixed, line, of_signal
-from postproc.patterns.formula import Block, Pattern, block, product_of, side_by_side
-from postproc.patterns.signals import Signal
+from postproc.identification.curves.form import Block, CurveForm, block, product_of, side_by_side
+from postproc.identification.curves.functions import LEVELLING, ORIGIN, ROOT, SQUARE, breaks, fixed, line, of_signal
+from postproc.identification.curves.signal import Signal
 
 MOMENT = ("load2", "q1", "x", "y")
 """Channels that the overturning moment follows."""
@@ -54,7 +54,7 @@ def pulls(state: State, site: Site) -> Iterator[Block]:
                     yield some.with_(where=where)
 
 
-def overturning(state: State, others: Iterable[Signal] = ()) -> tuple[list[Block], list[Pattern]]:
+def overturning(state: State, others: Iterable[Signal] = ()) -> tuple[list[Block], list[CurveForm]]:
     """Return patterns, with one size and with several, of the moment with which the arm leans on its footing.
 
     They describe anchors that lift or rock and legs that stiffen; what is proportional to the moment is left to the
@@ -75,7 +75,7 @@ def overturning(state: State, others: Iterable[Signal] = ()) -> tuple[list[Block
         for b in of_signal(signal)
         if b.like.kind not in ("line", "window")
     ]
-    both, wide = [_moment(state, 0.0), _moment(state, np.pi / 2)], list[Pattern]()
+    both, wide = [_moment(state, 0.0), _moment(state, np.pi / 2)], list[CurveForm]()
     if all(varies(s.values) for s in both):
         # Legs and anchors at two sides each, or a footing that is alike all around.
         for word, basis, numbers in (("square", "sided_square", ()), ("cube", "cube", (0.0, 1.0))):

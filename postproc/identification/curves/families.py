@@ -15,8 +15,19 @@ from postproc.channels.sight import Site
 from postproc.channels.state import State
 from postproc.channels.units import recorded, shown
 from postproc.diagnostics import joined
-from postproc.measure.read.own import MOST_LEVELS
-from postproc.patterns.curves import (
+from postproc.identification.curves.form import (
+    Block,
+    CurveForm,
+    Group,
+    Single,
+    acting,
+    block,
+    is_angle,
+    product_of,
+    side_by_side,
+    switching,
+)
+from postproc.identification.curves.functions import (
     GEAR,
     LINE,
     LOW,
@@ -38,31 +49,20 @@ from postproc.patterns.curves import (
     told_apart,
     waves,
 )
-from postproc.patterns.formula import (
-    Block,
-    Group,
-    Pattern,
-    Single,
-    acting,
-    block,
-    is_angle,
-    product_of,
-    side_by_side,
-    switching,
-)
-from postproc.patterns.instrument_model import around, readings
-from postproc.patterns.memory import lags, memories
-from postproc.patterns.pattern_prior import APART, LOADED, UNNAMED_LOG_PRIOR, odds, sort_of_place
-from postproc.patterns.signals import TABLE, Signal, added, channel_signal
-from postproc.patterns.tool_frame_forces import LEANS, overturning, pulls
+from postproc.identification.curves.instrument import around, readings
+from postproc.identification.curves.memory import lags, memories
+from postproc.identification.curves.prior import APART, LOADED, UNNAMED_LOG_PRIOR, odds, sort_of_place
+from postproc.identification.curves.signal import TABLE, Signal, added, channel_signal
+from postproc.identification.curves.tool import LEANS, overturning, pulls
+from postproc.measure.read.own import MOST_LEVELS
 
 SWAYED = ("q", "dir", "payload", "x", "y", "z")
 """Channels that may be the size of what comes again in time or along a column of the table's own."""
 
 
 @dataclass(frozen=True)
-class Patterns:
-    """Patterns that are tried, and what may switch one of them on.
+class CurveForms:
+    """CurveForms that are tried, and what may switch one of them on.
 
     Args:
         blocks: patterns with one size each; wide: those with several sizes.
@@ -71,7 +71,7 @@ class Patterns:
     """
 
     blocks: Sequence[Block]
-    wide: Sequence[Pattern] = ()
+    wide: Sequence[CurveForm] = ()
     gates: Sequence[Block] = ()
     slow: frozenset[str] = frozenset()
 
@@ -111,7 +111,7 @@ class Patterns:
             if good:
                 yield slice(int(ends[good[0]]), int(ends[good[-1] + 1])), only is None
 
-    def price(self, pattern: Pattern) -> float:
+    def price(self, pattern: CurveForm) -> float:
         """Return 2 log of the prior odds against a pattern at a place.
 
         All patterns and places that are tried count, and `UNNAMED_LOG_PRIOR` for a pattern without a physical name.
@@ -124,14 +124,14 @@ class Patterns:
         return self.every.of_blocks(lambda b: self.price(b.like))
 
     @cached_property
-    def lines(self) -> list[Pattern]:
+    def lines(self) -> list[CurveForm]:
         """The patterns that are proportional to a signal."""
         return [b[0] for b in self.blocks if b.like.kind == "line"]
 
-    def sensible(self, pattern: Pattern, where: str) -> bool:
+    def sensible(self, pattern: CurveForm, where: str) -> bool:
         """Return whether a pattern makes sense at a place, by name as in `suspects.places`.
 
-        Patterns of the arm's channels do not at an instrument or frame, which feels no load, unless they are made for
+        CurveForms of the arm's channels do not at an instrument or frame, which feels no load, unless they are made for
         it.
         """
         free = self.own if where in LOADED else self.slow
@@ -142,7 +142,7 @@ class Patterns:
 
     @cached_property
     def sizes(self) -> Group:
-        """Patterns proportional to a channel, counted from its median and from zero, that a switch may multiply."""
+        """CurveForms proportional to a channel, counted from its median and from zero, that a switch may multiply."""
         some = [p.signals[0] for p in self.lines if p.channels != ("row",) and p.where is None]
         return Group(line(s, origin) for s in some for origin in dict.fromkeys((s.middle, 0.0)))
 
@@ -160,7 +160,7 @@ class Patterns:
         group = Group(found)
         return group, group.values
 
-    def grown(self, pattern: Pattern) -> Iterator[tuple[Single, Group]]:
+    def grown(self, pattern: CurveForm) -> Iterator[tuple[Single, Group]]:
         """Yield (values (n, G), G patterns): a pattern, or one of its two factors, times switches of other channels.
 
         A pattern that may itself be a switch is also multiplied by what is proportional to another channel: a clamp
@@ -188,13 +188,13 @@ class Patterns:
                 yield group.values, group
 
 
-def _switched(one: Pattern, switch: Block) -> Block:
+def _switched(one: CurveForm, switch: Block) -> Block:
     """Return the products of a pattern with each switch of a block, which says where another channel lets it act."""
     numbers = np.hstack([np.tile(one.numbers, (len(switch), 1)), switch.numbers])
     return Block(replace(one, factors=one.factors + switch.like.factors, numbers=(), level=0), numbers)
 
 
-def _factors(pattern: Pattern) -> Iterator[tuple[Pattern, str]]:
+def _factors(pattern: CurveForm) -> Iterator[tuple[CurveForm, str]]:
     """Yield (part of a pattern, channel that may switch that part).
 
     A pattern of one factor comes whole with "", for any channel but its own. Of a product of two, each factor comes
@@ -208,7 +208,7 @@ def _factors(pattern: Pattern) -> Iterator[tuple[Pattern, str]]:
             yield replace(pattern, factors=((plain, signal),), numbers=own), pattern.factors[1 - k][1].leading
 
 
-def patterns(state: State, site: Site, seen: bool = True) -> Patterns:
+def curve_forms(state: State, site: Site, seen: bool = True) -> CurveForms:
     """Return all patterns to try on measured rows: of channels, of forces on tool and footing, and of the rows before.
 
     Args:
@@ -244,7 +244,7 @@ def patterns(state: State, site: Site, seen: bool = True) -> Patterns:
     wide += [p for column in said.values() for p in each_word(column)]
     gates = [b for b in single if len(b) and b.like.factors[0][0].gate]
     apart = frozenset({"row", "session", *said, *(s.leading for s in slow)})
-    return Patterns([b for b in (*found, *leaning) if len(b)], wide, gates, apart)
+    return CurveForms([b for b in (*found, *leaning) if len(b)], wide, gates, apart)
 
 
 def of_angles(angles: Sequence[Signal], slow: Sequence[Signal]) -> Iterator[Block]:
@@ -342,7 +342,7 @@ def of_words(column: Sequence[Signal]) -> Iterator[Block]:
         yield block(word, replace(signal, label=signal.leading))
 
 
-def each_word(column: Sequence[Signal]) -> Iterator[Pattern]:
+def each_word(column: Sequence[Signal]) -> Iterator[CurveForm]:
     """Yield one pattern with a shift for every word of a column of at least three; the shift of the first word is zero.
 
     Args:
@@ -353,7 +353,7 @@ def each_word(column: Sequence[Signal]) -> Iterator[Pattern]:
         yield side_by_side((block(LINE, s)[0] for s in column[1:]), said, "levels")
 
 
-def each_level(signal: Signal) -> Iterator[Pattern]:
+def each_level(signal: Signal) -> Iterator[CurveForm]:
     """Yield one pattern with a shift for each value of a signal of 3 to `MOST_LEVELS` values, all of them repeated.
 
     The shift of the lowest value is zero.

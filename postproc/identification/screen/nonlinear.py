@@ -16,8 +16,8 @@ from postproc.estimation.evidence import CLOSE_EVIDENCE, f_test
 from postproc.estimation.linear import Linear
 from postproc.estimation.problem import Problem
 from postproc.estimation.solving.determined import pull
-from postproc.identification.candidates.candidate import Candidate, Screen, kind
-from postproc.identification.gain import laplace
+from postproc.identification.screen.candidate import Candidate, Screen, kind
+from postproc.identification.screen.gain import laplace
 from postproc.model.derivatives.places import displacement_parts, load_parts
 
 SCREENED_POSES = 120

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from postproc.channels.sight import READINGS
-from postproc.patterns.formula import Pattern
-from postproc.patterns.tool_frame_forces import LEANS
+from postproc.identification.curves.form import CurveForm
+from postproc.identification.curves.tool import LEANS
 
 UNNAMED_LOG_PRIOR = 16.0
 """2 log of the odds against a pattern without a name: it needs 3000 times the likelihood of a named effect."""
@@ -52,7 +52,7 @@ def sort_of_place(where: str) -> str:
     return where if where in (FRAMES[0], LEANS) else where.partition(",")[0].rstrip(" 123456")
 
 
-def odds(pattern: Pattern, kinds: Mapping[str, int]) -> float:
+def odds(pattern: CurveForm, kinds: Mapping[str, int]) -> float:
     """Return the prior odds against a pattern at a place: how many equally likely pairs of pattern and place there are.
 
     Every kind of pattern is as likely, within a kind every pattern, and for a pattern every place where it makes sense.

@@ -10,9 +10,9 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.channels.memory import lag, play, rows_before
-from postproc.patterns.curves import LOW, ORIGIN, fixed, of_signal, waves
-from postproc.patterns.formula import Block, SignalCurve, block
-from postproc.patterns.signals import Signal
+from postproc.identification.curves.form import Block, SignalFunction, block
+from postproc.identification.curves.functions import LOW, ORIGIN, fixed, of_signal, waves
+from postproc.identification.curves.signal import Signal
 
 REACHES = np.geomspace(0.03, 0.6, 7)
 """How far something is dragged before it slips, in the range of what drags it."""
@@ -50,7 +50,7 @@ def memories(signals: Mapping[str, Signal], session: Array | None = None) -> Ite
         if name[0] == "q" or name.startswith("load"):
             said = f"dragged along by {name}, and slipping after {{n0}} to either side, from row to row"
             unit = "mrad" if name[0] == "q" else "N m"
-            curve = SignalCurve("line", said, "dragged", ("reach",), derived=("play", unit, play))
+            curve = SignalFunction("line", said, "dragged", ("reach",), derived=("play", unit, play))
             yield block(curve, signal, [(share * np.ptp(signal.values),) for share in REACHES])
 
 
@@ -64,7 +64,7 @@ def lags(signals: Mapping[str, Signal]) -> Iterator[Block]:
     for signal in warm if "time" in signals else ():
         time, said = signals["time"].values, f"following {signal.leading} with a lag of {{n0}}"
         delayed = ("lag", "s", partial(_delayed, time))
-        curve = SignalCurve("line", said, "late", ("reach",), derived=delayed)
+        curve = SignalFunction("line", said, "late", ("reach",), derived=delayed)
         yield block(curve, replace(signal, unit="time"), [(share * np.ptp(time),) for share in LAGS])
 
 

@@ -20,17 +20,17 @@ from postproc.identification.acceptance import (
     refit,
     within_noise,
 )
-from postproc.identification.candidates.candidate import Candidate
-from postproc.identification.candidates.composition import compose
 from postproc.identification.indistinguishable import indistinguishable
+from postproc.identification.screen.candidate import Candidate
+from postproc.identification.screen.composition import compose
+from postproc.identification.screen.place import with_and_without_a_row
+from postproc.identification.screen.suspects import Suspect
 from postproc.identification.state import SearchState
-from postproc.patterns.place import with_and_without_a_row
-from postproc.patterns.suspects import Suspect
 
 MOST_EFFECTS = 6
 """Effects and patterns that are taken at most."""
 PATTERNS = 3
-"""Patterns that stand beside one another at most."""
+"""CurveForms that stand beside one another at most."""
 
 
 def search(start: SearchState) -> SearchState:
@@ -65,7 +65,7 @@ def forward(state: SearchState, named: bool = True, most: int = PATTERNS) -> Sea
         ranked = state.ranked if named else []
         best: Candidate | Suspect | None = next((c for c in ranked if c.key not in refused and convincing(c)), None)
         asked = 0.0 if best is None else best.evidence
-        left = state.patterns_left(asked) if most else []
+        left = state.curves_left(asked) if most else []
         pattern = next((s for s in left if s.key not in refused), None)
         if pattern is not None and pattern.evidence > asked:
             if len(state.outside) == most:

@@ -16,11 +16,11 @@ from postproc.effects.registry import effect_in_role
 from postproc.effects.roles import Role
 from postproc.estimation.linear import Linear
 from postproc.estimation.problem import Problem
+from postproc.identification.curves.form import CurveForm, times_form
+from postproc.identification.curves.prior import FRAMES, LOADED, SEATED, UNNAMED_LOG_PRIOR, off_everywhere
+from postproc.identification.curves.tool import LEANS
+from postproc.identification.screen.place import excess_over_noise, taken_off
 from postproc.model.derivatives.places import BODY, INSTRUMENT, TOOL
-from postproc.patterns.formula import Pattern, times_pattern
-from postproc.patterns.pattern_prior import FRAMES, LOADED, SEATED, UNNAMED_LOG_PRIOR, off_everywhere
-from postproc.patterns.place import excess_over_noise, taken_off
-from postproc.patterns.tool_frame_forces import LEANS
 
 TOLD = 5
 """Suspects that are told at most."""
@@ -41,13 +41,13 @@ class Suspect:
 
     where: str
     place: Array
-    form: Pattern
+    form: CurveForm
     fall: float
     evidence: float
     price: float
     channel: str
     share: float = 0.0
-    alike: Callable[[], Iterable[Pattern]] = tuple
+    alike: Callable[[], Iterable[CurveForm]] = tuple
 
     @property
     def key(self) -> str:
@@ -98,7 +98,7 @@ class Suspect:
 
         At the end of an arm body a constant displacement of the place is added, since nothing else can take it up.
         """
-        moved = times_pattern(self.place, self.values)
+        moved = times_form(self.place, self.values)
         return np.concatenate([moved, self.place], axis=2) if off_everywhere(self.where) else moved
 
     def seen_by(self, problem: Problem, linear: Linear) -> list[Suspect]:

@@ -12,9 +12,9 @@ from postproc.effects.base import Effect
 from postproc.estimation.evidence import f_test
 from postproc.estimation.linear import Linear
 from postproc.estimation.problem import Problem
-from postproc.identification.candidates.candidate import Candidate, Screen, kind
-from postproc.identification.candidates.forms import Form, Forms, columns_of, forms_nearby
-from postproc.identification.gain import DIM, Gain, gain, gains
+from postproc.identification.screen.candidate import Candidate, Screen, kind
+from postproc.identification.screen.forms import Form, Forms, columns_of, forms_nearby
+from postproc.identification.screen.gain import DIM, Gain, gain, gains
 
 STARTS_OF_EACH = 2
 """Starts of every law, pair of bodies .. from which what forms an effect is looked for."""

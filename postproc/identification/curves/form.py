@@ -15,7 +15,7 @@ from postproc.arrays import Array
 from postproc.channels.expression import Channel, channel
 from postproc.channels.units import shown, within
 from postproc.effects.bases import law_of
-from postproc.patterns.signals import Signal, unit
+from postproc.identification.curves.signal import Signal, unit
 
 Single = NDArray[np.float32]
 Edge = tuple[float, float]
@@ -23,12 +23,12 @@ Edge = tuple[float, float]
 
 
 @dataclass(frozen=True, eq=False)
-class SignalCurve:
+class SignalFunction:
     """A function of one signal that a few numbers form.
 
     Args:
         basis: name of the function (`effects.bases`), with a gate before it in a switch; said: its description, a
-            template (`SignalCurve.words`).
+            template (`SignalFunction.words`).
         kind: patterns of one kind are together as likely as those of any other, however many there are.
         numbers: the kind of each number that is searched: edge, knot, width (half of it), reach, order, phase, start or
             duty.
@@ -46,7 +46,7 @@ class SignalCurve:
     numbers: tuple[str, ...] = ()
     noun: str = ""
     gate: tuple[str, ...] = ()
-    switch: tuple[SignalCurve, int] | None = None
+    switch: tuple[SignalFunction, int] | None = None
     fixed: tuple[float, ...] = ()
     derived: tuple[str, str, Callable[..., Any]] | None = None
 
@@ -114,7 +114,7 @@ def span_of(signal: Signal, kind: str, numbers: Iterable[float]) -> Edge:
     An edge lies anywhere between the measured values beside it, and a width is doubled (to a whole width).
 
     Args:
-        kind: of the number, as in `SignalCurve`; numbers: the estimates, in the signal's unit.
+        kind: of the number, as in `SignalFunction`; numbers: the estimates, in the signal's unit.
     """
     low, high = min(numbers := list(numbers)), max(numbers)
     if kind == "edge":
@@ -124,7 +124,7 @@ def span_of(signal: Signal, kind: str, numbers: Iterable[float]) -> Edge:
 
 
 @dataclass(frozen=True, eq=False)
-class Pattern:
+class CurveForm:
     """A product of curves of signals, without a physical unit.
 
     Args:
@@ -136,13 +136,13 @@ class Pattern:
         said: description of these parts.
     """
 
-    factors: tuple[tuple[SignalCurve, Signal], ...]
+    factors: tuple[tuple[SignalFunction, Signal], ...]
     numbers: tuple[float, ...] = ()
     kind: str = ""
     where: str | None = None
     tries: float = 1.0
     level: int = 0
-    parts: tuple[Pattern, ...] = ()
+    parts: tuple[CurveForm, ...] = ()
     said: str = ""
 
     @property
@@ -157,7 +157,7 @@ class Pattern:
         return tuple(own) if self.parts else tuple(s for _, s in self.factors)
 
     @cached_property
-    def each(self) -> list[tuple[SignalCurve, Signal, tuple[float, ...]]]:
+    def each(self) -> list[tuple[SignalFunction, Signal, tuple[float, ...]]]:
         """Its factors as (curve, signal, numbers of that curve)."""
         left, found = list(self.numbers), []
         for curve, signal in self.factors:
@@ -193,7 +193,7 @@ class Pattern:
         """Description of the pattern in words, without other patterns to widen its numbers."""
         return self.told()
 
-    def told(self, alike: Sequence[Pattern] = ()) -> str:
+    def told(self, alike: Sequence[CurveForm] = ()) -> str:
         """Return the pattern in words, its numbers with the range that equally good patterns leave open.
 
         Args:
@@ -217,7 +217,7 @@ SIDES = ("only", "except", "reversed")
 """Gates (`effects.bases`) in which a switch multiplies a pattern."""
 
 
-def switching(curve: SignalCurve, side: int) -> SignalCurve:
+def switching(curve: SignalFunction, side: int) -> SignalFunction:
     """Return the curve that restricts a pattern by multiplication with one side of a gate, ``only where ..`` in words.
 
     Args:
@@ -241,20 +241,20 @@ class Block:
         like: the pattern, whatever its numbers; numbers: (P, K).
     """
 
-    like: Pattern
+    like: CurveForm
     numbers: Array
 
     def __len__(self) -> int:
         return len(self.numbers)
 
-    def __getitem__(self, at: int) -> Pattern:
+    def __getitem__(self, at: int) -> CurveForm:
         return replace(self.like, numbers=tuple(self.numbers[at].tolist()))
 
-    def __iter__(self) -> Iterator[Pattern]:
+    def __iter__(self) -> Iterator[CurveForm]:
         return map(self.__getitem__, range(len(self)))
 
     def with_(self, **changes: Any) -> Block:
-        """Return the block with some fields of its pattern (`Pattern`) changed, such as ``kind`` or ``where``."""
+        """Return the block with some fields of its pattern (`CurveForm`) changed, such as ``kind`` or ``where``."""
         return replace(self, like=replace(self.like, **changes))
 
     @property
@@ -269,7 +269,7 @@ class Block:
 
 
 def block(
-    curve: SignalCurve,
+    curve: SignalFunction,
     signal: Signal,
     numbers: Iterable[Sequence[float]] = ((),),
     kind: str = "",
@@ -282,7 +282,7 @@ def block(
         kind: for the prior odds, the curve's by default; where: the only place at which they make sense, None for all.
     """
     every = [tuple(some) for some in numbers]
-    like = Pattern(((curve, signal),), kind=kind or curve.kind, where=where)
+    like = CurveForm(((curve, signal),), kind=kind or curve.kind, where=where)
     return Block(like, np.array(every, dtype=float).reshape(len(every), len(curve.numbers)))
 
 
@@ -307,11 +307,11 @@ class Group:
     def __len__(self) -> int:
         return int(self.ends[-1])
 
-    def __getitem__(self, at: int) -> Pattern:
+    def __getitem__(self, at: int) -> CurveForm:
         which = int(np.searchsorted(self.ends, at, side="right")) - 1
         return self.blocks[which][at - int(self.ends[which])]
 
-    def __iter__(self) -> Iterator[Pattern]:
+    def __iter__(self) -> Iterator[CurveForm]:
         return (pattern for some in self.blocks for pattern in some)
 
     @cached_property
@@ -329,17 +329,17 @@ class Group:
         return np.repeat([told(b) for b in self.blocks], [len(b) for b in self.blocks])
 
 
-def side_by_side(some: Iterable[Pattern], said: str, kind: str, where: str | None = None) -> Pattern:
+def side_by_side(some: Iterable[CurveForm], said: str, kind: str, where: str | None = None) -> CurveForm:
     """Return one pattern whose parts each have a size of their own in a fit.
 
     Args:
         some: the parts; said: what the whole is called in reports; kind: for the prior odds.
         where: the only place at which it makes sense, None for all.
     """
-    return Pattern((), kind=kind, where=where, parts=tuple(some), said=said)
+    return CurveForm((), kind=kind, where=where, parts=tuple(some), said=said)
 
 
-def times_pattern(moves: Array, values: Array) -> Array:
+def times_form(moves: Array, values: Array) -> Array:
     """Return the moves of a place multiplied by the values of a pattern, (n, r, m k).
 
     Args:

@@ -13,7 +13,7 @@ from postproc.effects.similarity import ordinary_sizes
 from postproc.estimation.evidence import DECADES, ROUNDING_SHARE, log_evidence, schwarz
 from postproc.estimation.linear import Linear
 from postproc.estimation.solving.determined import WIDE
-from postproc.identification.candidates.forms import Forms, Stack
+from postproc.identification.screen.forms import Forms, Stack
 from postproc.robot.arm import Robot
 
 DIM = 1e-6

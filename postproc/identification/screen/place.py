@@ -7,10 +7,10 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.estimation.evidence import schwarz
 from postproc.estimation.linear import Linear
-from postproc.patterns.formula import Single
+from postproc.identification.curves.form import Single
 
 CHUNK = 2048
-"""Patterns whose products stay in the processor's cache."""
+"""CurveForms whose products stay in the processor's cache."""
 
 
 def excess_over_noise(linear: Linear) -> float:

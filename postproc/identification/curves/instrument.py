@@ -12,9 +12,9 @@ from postproc.channels.expression import channel
 from postproc.channels.sight import Site, measured_point, seen_point
 from postproc.channels.state import State
 from postproc.channels.units import varies
-from postproc.patterns.curves import GEAR, LOW, ORIGIN, fixed, line, of_signal, sways, waves
-from postproc.patterns.formula import Block, block, product_of
-from postproc.patterns.signals import Signal
+from postproc.identification.curves.form import Block, block, product_of
+from postproc.identification.curves.functions import GEAR, LOW, ORIGIN, fixed, line, of_signal, sways, waves
+from postproc.identification.curves.signal import Signal
 
 WRIST = ("q5", "q6", "q4")
 """Channels that turn the tool most."""
