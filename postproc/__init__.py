@@ -215,7 +215,7 @@ def compare(model: Model, data: Measurements) -> Comparison:
 
 
 def diagnose(model: Model, data: Measurements, effects: Iterable[str | Path] = ()) -> Diagnosis:
-    """Which effects a model lacks: ``.verdict`` ("complete", "missing" or "unknown"), ``.missing``, ``.suspects``.
+    """Which effects a model lacks: ``.verdict`` ("complete", "missing" or "unknown"), ``.missing``, ``.remaining``.
 
     Args:
         effects: Python files with effects of your own to look for, too; their code is run.

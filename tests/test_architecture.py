@@ -14,13 +14,13 @@ PACKAGE = ROOT / "postproc"
 ROOMS = (
     "rapid",
     "robot",
+    "channels",
     "effects",
     "model",
     "motion",
     "compensation",
     "measure",
     "estimation",
-    "patterns",
     "identification",
     "render",
     "report",
@@ -83,10 +83,11 @@ FLOORS = {
         *("readback", "judgement", "conversion"),
     ),
     "cli": ("printing", "options", "program_options", "programs", "convert", "app"),
-    "effects": ("contract", "findings", "parameters", "modules", "files", "base", "conformance", "library", "registry"),
+    "effects": ("contract", "findings", "parameters", "modules", "files", "base", "bases", "conformance", "library", "registry"),
     "measure": ("observations", "measurements", "alignment", "clock", "trajectory", "iso9283", "read"),
     "estimation": ("errors", "problem", "linear", "solution", "leftover", "fitted", "recorded", "findings"),
-    "identification": ("candidates", "state", "diagnosis"),
+    "identification": ("curves", "screen", "acceptance", "state", "search", "diagnosis"),
+    "channels": ("state", "memory", "tool", "sight", "expression", "units"),
     "report": ("blocks", "document", "drawing", "page"),
     "runtime": ("conditions", "tables", "module", "proof", "written", "programs", "passes"),
 }
@@ -136,7 +137,6 @@ def test_the_command_line_starts_and_helps_without_heavy_libraries() -> None:
 
 NO_FINDINGS = {
     "measure/read/terms.py",  # a user says by its code which judgement is accepted (`--accept`)
-    "patterns/signals.py",  # the text of an expression
 }
 
 

@@ -26,7 +26,7 @@ from postproc.identification.refits import refit_all, thinned
 from postproc.identification.refits import without as without_some
 from postproc.identification.screen.candidate import Screen
 from postproc.identification.screen.composition import compose
-from postproc.identification.search import with_patterns
+from postproc.identification.search import with_curves_anew
 from postproc.identification.state import SearchState
 from postproc.measure.measurements import Measurements
 from postproc.measure.observations import Observation
@@ -244,8 +244,8 @@ def with_curve(fit: Fit) -> Fit:
         PostprocError: DAT028, nothing that remains follows a channel.
     """
     state = fit.problem.sensitivity.state
-    found = with_patterns(SearchState(fit, fit, {}, curve_forms(state, fit.problem.site)))
-    if not found.outside:
+    found = with_curves_anew(SearchState(fit, fit, {}, curve_forms(state, fit.problem.site)))
+    if not found.curves:
         message = "no curve is added: nothing that remains follows a channel"
         raise PostprocError.of("DAT028", message, fit.data.source, help="see what `diagnose` says", exit_code=1)
     return found.fit

@@ -19,7 +19,7 @@ from postproc.identification.lack_of_fit import lacks_fit
 from postproc.identification.refits import refit_all, thinned, without
 from postproc.identification.screen.candidate import Candidate
 from postproc.identification.screen.suspects import Suspect, by_channel
-from postproc.identification.search import search, with_patterns
+from postproc.identification.search import search, with_curves_anew
 from postproc.identification.state import SearchState
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.columns import columns_of
@@ -37,8 +37,8 @@ def diagnose(
 ) -> Diagnosis:
     """Find which effects a model lacks on measurements, or what the remaining structure depends on.
 
-    Forward selection by marginal likelihood with a full refit of every effect that is taken, a backward check, and free
-    patterns of the channels as rivals: where a pattern without a name explains clearly more than the whole library, the
+    Forward selection by marginal likelihood with a full refit of every effect that is added, a backward check, and
+    curves of the channels as rivals: where a curve without a name explains clearly more than the whole library, the
     verdict is "unknown".
 
     Args:
@@ -71,38 +71,39 @@ def _diagnosed(
     untestable = {k: _why_untestable(c, base) for k, c in library.items() if c.null().missing(measured)}
     classes = {k: c for k, c in library.items() if k not in untestable}
     start = thinned(base)
-    every = curve_forms(start.problem.sensitivity.state, start.problem.site)
+    forms = curve_forms(start.problem.sensitivity.state, start.problem.site)
     watch("every effect alone", 0.1)
-    begin = SearchState(start, start, classes, every)
+    begin = SearchState(start, start, classes, forms)
     first = begin.ranked
-    watch("effects and patterns one after another", 0.3)
-    found = with_patterns(search(begin)).without_forms()
+    watch("effects and curves one after another", 0.3)
+    found = with_curves_anew(search(begin)).without_forms()
     del begin
     watch("all of it on all rows", 0.8)
-    named = found.beside(())
+    named = found.with_curves(())
     final = named.fit if start is base else refit_all(base, named.fit, named.keys)
     missing = _with_held_out(named.missing, final)
-    lacking = lacks_fit(final)
+    exceeds_noise = lacks_fit(final)
+    curves = tuple(c.curve for c in found.curves if c.curve is not None)
     # A few numbers for each parameter follow anything.
-    suspects = () if too_few(base) and not missing else _suspects(named, found.outside, bool(lacking))
-    told: Verdict = "complete" if lacking is False else "unknown"
-    verdict: Verdict = "unknown" if suspects or lacking else "missing" if missing else told
+    remaining = () if too_few(base) and not missing else _remaining(named, curves, bool(exceeds_noise))
+    quiet: Verdict = "complete" if exceeds_noise is False else "unknown"
+    verdict: Verdict = "unknown" if remaining or exceeds_noise else "missing" if missing else quiet
     blind = {c.key: _why_blind(c) for c in first if c.visible < 5.0} | untestable
-    held = {e.key for e in final.model.effects} | {e.key for e in base.model.effects}
+    in_model = {e.key for e in (*final.model.effects, *base.model.effects)}
     return Diagnosis(
         verdict=verdict,
         base=base,
         final=final,
-        told=found.fit if found.outside else final,
+        model=found.fit if curves else final,
         screened=start,
         searched=named.fit,
         missing=missing,
         candidates=tuple(first),
         untestable=untestable,
-        blind={key: why for key, why in blind.items() if key not in held},
-        suspects=suspects,
-        beside=found.outside[1:] if suspects else (),
-        lacking=lacking,
+        blind={key: why for key, why in blind.items() if key not in in_model},
+        remaining=remaining,
+        further=curves[1:] if remaining else (),
+        exceeds_noise=exceeds_noise,
         floor=final.parts.level,
         bound=base.smooth_bound,
         diagnostics=(*base.data.diagnostics, *data_findings(final)),
@@ -113,29 +114,29 @@ def _with_held_out(missing: Sequence[Candidate], final: Fit) -> tuple[Candidate,
     """Return the missing effects, each with the held-out rms of the fit with it and those before it (`without`).
 
     Args:
-        missing: in the order in which they were taken; final: the fit with all of them, which also gives their final
+        missing: in the order in which they were added; final: the fit with all of them, which also gives their final
             labels.
     """
-    last = [(final.model.effect(c.key), c) for c in missing]
-    told = [replace(c, label=e.label) if e is not None and e.label else c for e, c in last]
+    effects = [(final.model.effect(c.key), c) for c in missing]
+    labelled = [replace(c, label=e.label) if e is not None and e.label else c for e, c in effects]
     fits = [without(final, [c.key for c in missing[k:]]) for k in range(1, len(missing))]
-    return tuple(replace(c, held_out_after=fit.held_out_rms) for c, fit in zip(told, [*fits, final], strict=False))
+    return tuple(replace(c, held_out_after=fit.held_out_rms) for c, fit in zip(labelled, [*fits, final], strict=False))
 
 
-def _suspects(named: SearchState, outside: Sequence[Suspect], lacking: bool) -> tuple[Suspect, ...]:
-    """Return patterns that the remaining structure follows, one per channel; empty where it is hardly above noise.
+def _remaining(named: SearchState, curves: Sequence[Suspect], exceeds_noise: bool) -> tuple[Suspect, ...]:
+    """Return curves that the remaining structure follows, one per channel; empty where it is hardly above noise.
 
     Args:
-        named: the search with the named effects alone; outside: the patterns that were found beside them.
-        lacking: whether more is left than the noise.
+        named: the search with the named effects alone; curves: those that were added to it.
+        exceeds_noise: whether more remains than the noise.
     """
-    first = named.curves_left()
-    if not (outside or lacking or first):
+    first = [c.curve for c in named.ranked_curves() if c.curve is not None]
+    if not (curves or exceeds_noise or first):
         return ()
-    if outside and outside[0].pattern not in [s.pattern for s in first[:1]]:
-        first = outside[0].seen_by(named.fit.problem, named.fit.linear)
+    if curves and curves[0].pattern not in [s.pattern for s in first[:1]]:
+        first = curves[0].seen_by(named.fit.problem, named.fit.linear)
     others = [s for s in named.curve_screen.suspects() if not any(s is one for one in first)]
-    return tuple(by_channel([*first, *others], outside[1:]))
+    return tuple(by_channel([*first, *others], curves[1:]))
 
 
 def _why_untestable(cls: type[Effect], fit: Fit) -> str:

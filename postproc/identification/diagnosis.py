@@ -26,12 +26,12 @@ class Diagnosis:
 
     Args:
         base: the model as it came, fitted again; final: with the missing effects.
-        told: the fit that gives the parameters of what is missing: final, or with the patterns beside it.
+        model: the fit that gives the parameters of what is missing: final, or with the curves that remain.
         screened, searched: base and final on the rows that were searched, every k-th pose of many.
         missing: effects in the order of selection; candidates: every effect of the library on the base, best first.
         untestable: effects whose channels the data lacks, with the reason; blind: those that it could not have shown.
-        suspects: patterns that the remaining structure follows; beside: further ones, found once the first is taken.
-        lacking: whether more is left than the noise, None where the noise is not known.
+        remaining: curves that the remaining structure follows; further: others, once the first is in the model.
+        exceeds_noise: whether more remains than the noise, None where the noise is not known.
         floor: noise per axis [m], None where it is not known; bound: held-out rms that any smooth function of the
             channels reaches [m].
     """
@@ -39,16 +39,16 @@ class Diagnosis:
     verdict: Verdict
     base: Fit
     final: Fit
-    told: Fit
+    model: Fit
     screened: Fit
     searched: Fit
     missing: tuple[Candidate, ...]
     candidates: tuple[Candidate, ...]
     untestable: Mapping[str, str]
     blind: Mapping[str, str]
-    suspects: tuple[Suspect, ...]
-    beside: tuple[Suspect, ...]
-    lacking: bool | None
+    remaining: tuple[Suspect, ...]
+    further: tuple[Suspect, ...]
+    exceeds_noise: bool | None
     floor: float | None
     bound: float
     diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
@@ -59,18 +59,18 @@ class Diagnosis:
 
         Their form was chosen on all these rows: new rows are predicted no better, and often worse.
         """
-        if not self.suspects:
+        if not self.remaining:
             return None
         fit = self.searched
-        told = [s.columns(fit.problem) for s in (self.suspects[0], *self.beside)]
-        known = fit.linear.extended(np.hstack(told))
+        columns = [s.columns(fit.problem) for s in (self.remaining[0], *self.further)]
+        known = fit.linear.extended(np.hstack(columns))
         out = hold_out(known.residual, known.nuisance, contiguous_blocks(fit.data.repeats)[known.row])
         return rms(fit.problem.weights.measured(out)[:, fit.observed.columns])
 
     @property
     def untold(self) -> bool:
         """Whether nothing was found and the noise is not known, so that the residual may be noise or not."""
-        return self.lacking is None and not self.missing and not self.suspects
+        return self.exceeds_noise is None and not self.missing and not self.remaining
 
     @property
     def misleading(self) -> bool:

@@ -24,150 +24,151 @@ from postproc.identification.indistinguishable import indistinguishable
 from postproc.identification.screen.candidate import Candidate
 from postproc.identification.screen.composition import compose
 from postproc.identification.screen.place import with_and_without_a_row
-from postproc.identification.screen.suspects import Suspect
 from postproc.identification.state import SearchState
 
 MOST_EFFECTS = 6
-"""Effects and patterns that are taken at most."""
-PATTERNS = 3
-"""CurveForms that stand beside one another at most."""
+"""Effects and curves that are added at most."""
+MOST_CURVES = 3
+"""Curves that stand in a model at most."""
 
 
 def search(start: SearchState) -> SearchState:
-    """Return the state with what the model lacks: effects of the library, and patterns without a name where they win.
+    """Return the state with what the model lacks: effects of the library, and curves without a name where they win.
 
-    Every effect in its best form, and every pattern, is judged on what the fit leaves. That of the largest log evidence
-    is taken if it is significant and held-out rows confirm it; everything is refitted; again until nothing significant
-    is left. After one pass back (`backward`), the search goes on once more: with effects alone, or with one pattern
-    fewer if there is a pattern. The result stays if the log evidence of the whole is larger.
+    Every effect in its best form, and every curve, is judged on what the fit leaves. That of the largest log evidence
+    is added if it is significant and held-out rows confirm it; everything is refitted; again until nothing significant
+    remains. After one pass back (`backward`), the search goes on once more: with effects alone, or with one curve fewer
+    if there is a curve. The result stays if the log evidence of all that was added is larger.
     """
     state = backward(forward(start))
-    if not (state.keys or state.outside):
+    if not (state.keys or state.curves):
         return state
-    bare, most = state.beside(()), len(state.outside) - 1
-    other = forward(bare, most=PATTERNS if most < 0 else 0)
+    bare, most = state.with_curves(()), len(state.curves) - 1
+    other = forward(bare, most=MOST_CURVES if most < 0 else 0)
     if other is bare:
         return state
-    other = backward(other) if most < 0 else with_patterns(backward(other), most)
+    other = backward(other) if most < 0 else with_curves_anew(backward(other), most)
     return max(state, other, key=lambda s: s.log_evidence)
 
 
-def forward(state: SearchState, named: bool = True, most: int = PATTERNS) -> SearchState:
-    """Return the state with effects and patterns added one by one, always that of the largest log evidence.
+def forward(state: SearchState, named: bool = True, most: int = MOST_CURVES) -> SearchState:
+    """Return the state with effects and curves added one by one, always that of the largest log evidence.
 
     What held-out data does not confirm is tried again once another one is in the model.
 
     Args:
-        named: whether effects are tried, or patterns only; most: how many patterns at most.
+        named: whether effects of the library are tried, or curves only; most: how many curves at most.
     """
     refused: set[str] = set()
     for _ in range(MOST_EFFECTS):
         ranked = state.ranked if named else []
-        best: Candidate | Suspect | None = next((c for c in ranked if c.key not in refused and convincing(c)), None)
-        asked = 0.0 if best is None else best.evidence
-        left = state.curves_left(asked) if most else []
-        pattern = next((s for s in left if s.key not in refused), None)
-        if pattern is not None and pattern.evidence > asked:
-            if len(state.outside) == most:
+        best = next((c for c in ranked if c.name not in refused and convincing(c)), None)
+        least = 0.0 if best is None else best.evidence
+        curves = state.ranked_curves(least) if most else []
+        curve = next((c for c in curves if c.name not in refused), None)
+        if curve is not None and curve.evidence > least:
+            if len(state.curves) == most:
                 break
-            best = pattern
+            best = curve
         if best is None:
             break
-        taken = accepted(state, best)
-        state, refused = (taken, set()) if taken is not None else (state, refused | {best.key})
+        added = accepted(state, best)
+        state, refused = (added, set()) if added is not None else (state, refused | {best.name})
     return state
 
 
-def accepted(state: SearchState, best: Candidate | Suspect) -> SearchState | None:
-    """Return the state with an effect or a pattern, everything refitted; None where the data does not confirm it.
+def accepted(state: SearchState, best: Candidate) -> SearchState | None:
+    """Return the state with a candidate added, everything refitted; None where the data does not confirm it.
 
-    Regions of the joint space that the fit has not seen must be predicted better. Where more than noise is left,
+    Regions of the joint space that the fit has not seen must be predicted better. Where more than noise remains,
     neighbouring poses share errors that make anything significant: then the gain must exceed `CLEARLY` standard errors
     over the regions.
     """
-    taken = state.beside((*state.outside, best)) if isinstance(best, Suspect) else _with_effect(state, best)
-    if taken is None or not predicts_better(taken.fit, state.fit, 0.0 if within_noise(taken.fit) else CLEARLY):
+    added = _with_effect(state, best) if best.curve is None else state.with_curves((*state.curves, best))
+    if added is None or not predicts_better(added.fit, state.fit, 0.0 if within_noise(added.fit) else CLEARLY):
         return None
-    return taken
+    return added
 
 
 def _with_effect(state: SearchState, best: Candidate) -> SearchState | None:
     """Return the state with an effect; None where it lives on a single row, or is worth nothing once it is fitted."""
     before = state.fit
-    whole, less = with_and_without_a_row(before.linear, best.columns(before.problem))
-    if best.evidence + min(0.0, less - whole) < 0:
+    all_rows, less = with_and_without_a_row(before.linear, best.columns(before.problem))
+    if best.evidence + min(0.0, less - all_rows) < 0:
         return None
     after = refit(before, best)
-    taken = best if after is None else judged(before, after, best)
-    return None if after is None or taken.evidence < 0 else state.with_effect(taken, after)
+    added = best if after is None else judged(before, after, best)
+    return None if after is None or added.evidence < 0 else state.with_effect(added, after)
 
 
 def backward(state: SearchState) -> SearchState:
-    """Return the state after a backward pass: each effect stays, goes, or is replaced, by the evidence of the whole.
+    """Return the state after a backward pass: each effect stays, goes, or is replaced, by the evidence of all together.
 
-    An effect that was taken first was judged on a residual that contained the others, too. So each is taken out in
-    turn; the patterns are found anew; and the best may then be the same effect in another form, another one, or none.
-    Where that changed something, the pass begins again with what is left.
+    An effect that was added first was judged on a residual that contained the others, too. So each is taken out in
+    turn; the curves are found anew; and the best may then be the same effect in another form, another one, or none.
+    Where that changed something, the pass begins again with what is there then.
     """
     done: set[str] = set()
     for _ in range(MOST_EFFECTS**2):
-        one = next((m for m in state.missing if m.key not in done and m.key not in state.given), None)
+        one = next((m for m in state.missing if m.key not in done and m.key not in state.keys_of_base), None)
         if one is None:
             break
         done.add(one.key)
-        bare = state.without(one.key)
-        mine = next((c for c in bare.ranked if c.key == one.key), None)
-        needed = mine is not None and convincing(mine)
-        rivals = [*([state] if needed else []), *_instead(state, bare, one, mine if needed else None)]
+        without = state.without(one.key)
+        again = next((c for c in without.ranked if c.key == one.key), None)
+        needed = again is not None and convincing(again)
+        rivals = [*([state] if needed else []), *_replacements(state, without, one, again if needed else None)]
         best = max(rivals, key=lambda s: s.log_evidence, default=state)
         if best is not state:
             state, done = best, set()
             continue
-        alike, unseen = indistinguishable(bare.ranked, one, bare.fit, state.fit)
-        state = state.told(replace(one, alike=alike, unseen=unseen))
+        alike, unseen = indistinguishable(without.ranked, one, without.fit, state.fit)
+        state = state.with_rivals(replace(one, alike=alike, unseen=unseen))
     return state
 
 
-def _instead(state: SearchState, bare: SearchState, one: Candidate, mine: Candidate | None) -> Iterator[SearchState]:
+def _replacements(
+    state: SearchState, without: SearchState, one: Candidate, again: Candidate | None
+) -> Iterator[SearchState]:
     """Yield states that may replace a state as to one effect: without it, or with something else in its place.
 
     That may be the effect in another form, the effect of the largest evidence, or a freer function. The state without
-    the effect is yielded where it is not needed, or where patterns may explain the same and both fits set the same rows
+    the effect is yielded where it is not needed, or where curves may explain the same and both fits set the same rows
     aside.
 
     Args:
-        bare: the state without the effect; one: the effect as it was taken.
-        mine: the effect as it would be taken beside the others; None where it is not needed.
+        without: the state without the effect; one: the effect as it was added.
+        again: the effect as it would be added beside the others; None where it is not needed.
     """
     effect = state.fit.model.effect(one.key)
-    empty = with_patterns(bare, len(state.outside)) if state.outside else bare
-    if mine is None or (state.outside and empty.fit.set_aside == state.fit.set_aside):
+    empty = with_curves_anew(without, len(state.curves)) if state.curves else without
+    if again is None or (state.curves and empty.fit.set_aside == state.fit.set_aside):
         yield empty
-    if len(state.missing) + len(state.outside) > 1:
-        if mine is not None and mine.label != one.label and mine.effect.roughness() is None:
-            yield from filter(None, [accepted(bare, mine)])
-        others = (c for c in bare.ranked if c.key not in state.keys and convincing(c))
+    if len(state.missing) + len(state.curves) > 1:
+        if again is not None and again.label != one.label and again.effect.roughness() is None:
+            yield from filter(None, [accepted(without, again)])
+        others = (c for c in without.ranked if c.key not in state.keys and convincing(c))
         other = next(others, None)
-        if other is not None and (mine is None or other.evidence > mine.evidence):
-            yield from filter(None, [accepted(bare, other)])
+        if other is not None and (again is None or other.evidence > again.evidence):
+            yield from filter(None, [accepted(without, other)])
     for kept, key in effect.generalised() if isinstance(effect, SumOfTerms) else ():
-        part = bare if kept is None else bare.with_effect(*_only(bare, one, kept))
-        found = compose(part.screen, part.fit.linear, key) if key in state.classes else None
-        yield from filter(None, [None if found is None else accepted(part, found)])
+        part = without if kept is None else without.with_effect(*_reduced(without, one, kept))
+        freer = compose(part.screen, part.fit.linear, key) if key in state.classes else None
+        yield from filter(None, [None if freer is None else accepted(part, freer)])
 
 
-def _only(bare: SearchState, one: Candidate, kept: Effect) -> tuple[Candidate, Fit]:
+def _reduced(without: SearchState, one: Candidate, kept: Effect) -> tuple[Candidate, Fit]:
     """Return an effect reduced to some of its terms, and the fit with these alone.
 
     Args:
-        bare: the state without the effect; one: the effect as it was taken; kept: the effect with the terms to keep.
+        without: the state without the effect; one: the effect as it was added; kept: the effect with the terms to keep.
     """
-    fit, free = bare.fit, np.ones(len(kept.vector()), dtype=bool)
+    fit, free = without.fit, np.ones(len(kept.vector()), dtype=bool)
     terms = Terms({**fit.free, one.key: free}, fit.strength)
     after = fit_model(fit.model, fit.data, [kept], noise=fit.noise.stated, terms=terms)
     return replace(one, effect=kept, free=free, fit=None), after
 
 
-def with_patterns(state: SearchState, most: int = PATTERNS) -> SearchState:
-    """Return the state with its patterns searched anew, at most ``most``, each the strongest beside those before it."""
-    return forward(state.beside(()), named=False, most=most)
+def with_curves_anew(state: SearchState, most: int = MOST_CURVES) -> SearchState:
+    """Return the state with its curves searched anew, at most ``most``, each the strongest beside those before it."""
+    return forward(state.with_curves(()), named=False, most=most)

@@ -1,4 +1,4 @@
-"""Where a search stands: the model as it came, what was taken, and what that leaves."""
+"""Where a search stands: the model as it came, what was added, and what that leaves."""
 
 from __future__ import annotations
 
@@ -25,54 +25,52 @@ from postproc.identification.curves.prior import UNNAMED_LOG_PRIOR
 from postproc.identification.refits import refit_all
 from postproc.identification.screen.candidate import Candidate, FormCache, Screen
 from postproc.identification.screen.curves import CurveScreen
-from postproc.identification.screen.suspects import Suspect
 from postproc.measure.trajectory import is_record
 
-UNSURE = 0.15
-"""Share of what is left that a pattern must explain where nothing tells how much of it is noise: what one function of
-the angles leaves looks like another one."""
+LEAST_SHARE = 0.15
+"""Share of the residual that a curve must explain where nothing tells how much of it is noise: what one function of the
+angles leaves looks like another one."""
 
 
 @dataclass(frozen=True)
 class SearchState:
-    """What a search has taken so far, and what is left then.
+    """What a search has added so far, and what remains then.
 
     Args:
-        base: the fit of the model as it came; fit: with what was taken.
-        classes: of the effects that may be missing, by key; patterns: those that may stand beside the model.
-        missing: the effects that were taken; outside: the patterns that were taken.
+        base: the fit of the model as it came; fit: with what was added.
+        classes: of the effects that may be missing, by key; forms: of the curves that may be missing.
+        missing: the effects of the library that were added; curves: the curves that were added.
         stock: columns of forms by the numbers in use, which all states of a search share.
-        plain: the state before any pattern was added; None where it is not known.
+        bare: the state before any curve was added; None where it is not known.
     """
 
     base: Fit
     fit: Fit
     classes: Mapping[str, type[Effect]]
-    patterns: CurveForms | None
+    forms: CurveForms
     missing: tuple[Candidate, ...] = ()
-    outside: tuple[Suspect, ...] = ()
+    curves: tuple[Candidate, ...] = ()
     stock: dict[bytes, FormCache] = field(default_factory=dict, repr=False)
-    plain: SearchState | None = field(default=None, repr=False)
+    bare: SearchState | None = field(default=None, repr=False)
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """Keys of the effects that were taken, in order."""
+        """Keys of the effects of the library that were added, in order."""
         return tuple(m.key for m in self.missing)
 
     @cached_property
     def log_evidence(self) -> float:
-        """Log evidence (2 log of odds) of all that was taken, against the base.
+        """Log evidence (2 log of odds) of all that was added, against the base.
 
-        The price of finding each part is subtracted, so that five weak effects lose against one smooth pattern.
+        The price of finding each part is subtracted, so that five weak effects lose against one smooth curve.
         """
         first, after = self.base.linear, self.fit.linear
         added = max(after.parameters - first.parameters, 1)
-        gained = schwarz(first.square, _left_by(self.base, self.fit), added, first.freedom)
-        paid = sum(m.price for m in self.missing) + sum(s.price for s in self.outside)
-        return float(gained) - paid
+        gained = schwarz(first.square, _square_after(self.base, self.fit), added, first.freedom)
+        return float(gained) - sum(c.price for c in (*self.missing, *self.curves))
 
     @cached_property
-    def given(self) -> frozenset[str]:
+    def keys_of_base(self) -> frozenset[str]:
         """Keys of the effects that the model had before the search."""
         return frozenset(e.key for e in self.base.model.effects)
 
@@ -86,78 +84,75 @@ class SearchState:
 
     @cached_property
     def ranked(self) -> list[Candidate]:
-        """Every testable effect in its best form on the residual, the best by log evidence first."""
+        """Every testable effect of the library in its best form on the residual, the best by log evidence first."""
         return ranking(self.fit, self.screen)
 
     @cached_property
     def curve_screen(self) -> CurveScreen:
-        """All patterns, tried on the residual of the fit."""
-        assert self.patterns is not None
-        return CurveScreen(self.fit.problem, self.fit.linear, self.patterns)
+        """All curves, tried on the residual of the fit."""
+        return CurveScreen(self.fit.problem, self.fit.linear, self.forms)
 
-    def curves_left(self, asked: float = 0.0) -> list[Suspect]:
-        """Return the patterns with positive evidence, strongest first.
+    def ranked_curves(self, least: float = 0.0) -> list[Candidate]:
+        """Return the curves with positive evidence, strongest first.
 
-        Where the noise is not known, they explain the share `UNSURE` of the residual, unless poses were measured one by
-        one and the pattern depends on temperature, time, session or row alone.
+        Where the noise is not known, they explain the share `LEAST_SHARE` of the residual, unless poses were measured
+        one by one and the curve depends on temperature, time, session or row alone.
 
         Args:
-            asked: log evidence below which patterns may be missing from the result.
+            least: log evidence below which curves may be missing from the result.
         """
         known, poses = self.fit.noise.sigma is not None, not is_record(self.fit.data.state)
         nu, square = self.fit.linear.freedom, self.fit.linear.square
-        if known and asked > nu * np.log(square / max(nu - 3 * np.sqrt(2 * nu), 1.0)) - UNNAMED_LOG_PRIOR:
+        if known and least > nu * np.log(square / max(nu - 3 * np.sqrt(2 * nu), 1.0)) - UNNAMED_LOG_PRIOR:
             return []  # what leaves no more than the noise is worth less
+        site, ranked = self.fit.problem.site, []
+        for curve in self.curve_screen.suspects(least):
+            slow = poses and {*SLOW, "row"}.issuperset(curve.channels)
+            if curve.evidence > 0 and (known or slow or curve.fall > LEAST_SHARE * square):
+                effect = curve_of(curve.terms, site)
+                ranked.append(Candidate.of_curve(curve, effect))
+        return ranked
 
-        def enough(suspect: Suspect) -> bool:
-            """Return whether a suspect explains enough of the residual."""
-            slow = poses and {*SLOW, "row"}.issuperset(suspect.channels)
-            return known or slow or suspect.fall > UNSURE * self.fit.linear.square
+    def with_curves(self, curves: tuple[Candidate, ...]) -> SearchState:
+        """Return the state with other curves in the model, and everything fitted again.
 
-        return [s for s in self.curve_screen.suspects(asked) if s.evidence > 0 and enough(s)]
-
-    def beside(self, outside: tuple[Suspect, ...]) -> SearchState:
-        """Return the state with other patterns beside the model, and everything fitted again.
-
-        Without any, it is the state before patterns were added; where that is not known, knees and points of effects
-        stay fixed, since what the patterns explained would move them.
+        Without any, it is the state before curves were added; where that is not known, knees and points of effects stay
+        fixed, since what the curves explained would move them.
 
         Args:
-            outside: the patterns, in place of those of this state.
+            curves: in place of those of this state.
         """
-        if list(map(id, outside)) == list(map(id, self.outside)):
+        if list(map(id, curves)) == list(map(id, self.curves)):
             return self
-        if not outside and self.plain is not None:
-            return self.plain
-        fit, given = self.fit, self.base.model.in_role(Role.CURVE)
+        if not curves and self.bare is not None:
+            return self.bare
+        fit, stated = self.fit, self.base.model.in_role(Role.CURVE)
         others = [e for e in fit.model.effects if e.role is not Role.CURVE]
-        curve = curve_of([term for one in outside for term in one.terms], fit.problem.site, given)
-        free = {e.key: fit.free[e.key] & (bool(outside) | e.amplitudes()) for e in others}
+        free = {e.key: fit.free[e.key] & (bool(curves) | e.amplitudes()) for e in others}
         known = frozenset(p for p in fit.parameters if p[0] in free)
-        data = fit.data
-        if curve is not None:
-            free[curve.key] = np.ones(len(curve.vector()), dtype=bool)
-            derived = in_order(curve.ordered_channels, fit.problem.sensitivity.state, fit.problem.site).channels
-            new = {name: values for name, values in derived.items() if name not in data.state.channels}
-            data = replace(data, state=data.state.with_(channels={**data.state.channels, **new}))
+        parts = [*([] if stated is None else [stated]), *(c.effect for c in curves)]
+        data, added = fit.data, joined(parts)
+        if added:
+            free[added[0].key] = np.ones(len(added[0].vector()), dtype=bool)
+            derived = in_order(added[0].ordered_channels, fit.problem.sensitivity.state, fit.problem.site).channels
+            data = replace(data, state=data.state.with_(channels={**derived, **data.state.channels}))
         terms = Terms(free, fit.strength, False, ROUGHLY, known)
-        added = [] if curve is None else [curve]
         after = fit_model(fit.model.with_effects(*others), data, added, noise=fit.noise.stated, terms=terms)
-        plain = (self.plain if self.outside else self) if outside else None
-        return replace(self, fit=after, outside=outside, plain=plain)
+        bare = (self.bare if self.curves else self) if curves else None
+        return replace(self, fit=after, curves=curves, bare=bare)
 
     def without_forms(self) -> SearchState:
         """Return this state after its cached columns of forms were dropped, which need most of a search's memory."""
         self.stock.clear()
-        for state in (self, self.plain):
+        for state in (self, self.bare):
             if state is not None:
                 state.__dict__.pop("screen", None)
         return self
 
     def with_effect(self, one: Candidate, fit: Fit) -> SearchState:
-        """Return the state with one more effect.
+        """Return the state with one more effect of the library.
 
-        Further terms of an effect that was taken before are merged into it.
+        Further terms of an effect that was added before are merged into it.
 
         Args:
             one: the effect; fit: the fit that has it.
@@ -165,38 +160,42 @@ class SearchState:
         at = self.keys.index(one.key) if one.key in self.keys else len(self.missing)
         if at < len(self.missing):
             first, paid = self.missing[at], self.missing[at].price + one.price
-            told = [one.label] if one.effect.roughness() is not None else [first.label, one.label]
-            label = "; ".join(filter(None, told))
+            labels = [one.label] if one.effect.roughness() is not None else [first.label, one.label]
+            label = "; ".join(filter(None, labels))
             one = replace(first, effect=one.effect, free=one.free, fit=one.fit, label=label, price=paid)
-        return replace(self, fit=fit, missing=(*self.missing[:at], one, *self.missing[at + 1 :]), plain=None)
+        return replace(self, fit=fit, missing=(*self.missing[:at], one, *self.missing[at + 1 :]), bare=None)
 
-    def told(self, one: Candidate) -> SearchState:
-        """Return the state with one of its effects replaced by the same effect with further fields filled in."""
-        plain = None if self.plain is None else self.plain.told(one)
-        return replace(self, missing=tuple(one if m.key == one.key else m for m in self.missing), plain=plain)
+    def with_rivals(self, one: Candidate) -> SearchState:
+        """Return the state with one of its effects replaced by the same effect with its rivals filled in."""
+        bare = None if self.bare is None else self.bare.with_rivals(one)
+        return replace(self, missing=tuple(one if m.key == one.key else m for m in self.missing), bare=bare)
 
     def without(self, key: str) -> SearchState:
         """Return the state without one of its effects, by key, everything else fitted again."""
         others = tuple(m for m in self.missing if m.key != key)
-        fit = refit_all(self.base, self.fit, [m.key for m in others])
-        return replace(self, fit=fit, missing=others, plain=None)
+        curves = [c.key for c in self.curves[:1]]
+        fit = refit_all(self.base, self.fit, [*(m.key for m in others), *curves])
+        return replace(self, fit=fit, missing=others, bare=None)
 
 
-def curve_of(terms: Sequence[Mapping[str, Any]], site: Site, given: Effect | None = None) -> Effect | None:
-    """Return the effect `curve` with some terms, its amplitudes at null, behind those of the curve that a model has.
+def curve_of(terms: Sequence[Mapping[str, Any]], site: Site) -> Effect:
+    """Return the effect `curve` with some terms, its amplitudes at null.
 
     Args:
         terms: fields of the effect, for one term each; site: where the measured point and the instrument are.
-        given: the curve of the model; None where it has none.
     """
-    cls = effect_in_role(Role.CURVE)
-    place = {"point_m": site.point, "instrument_m_rad": site.instrument}
-    parts = [*([] if given is None else [given]), *(cls(**term, **place) for term in terms)]
-    return reduce(lambda first, other: first.plus(other), parts) if parts else None  # type: ignore[attr-defined]
+    cls: Any = effect_in_role(Role.CURVE)
+    [effect] = joined([cls(**term, point_m=site.point, instrument_m_rad=site.instrument) for term in terms])
+    return effect
 
 
-def _left_by(before: Fit, after: Fit) -> float:
-    """Return the sum of squares that a fit leaves, at the weights of the fit before.
+def joined(curves: Sequence[Effect]) -> list[Effect]:
+    """Return the terms of several curves as one effect, in a list; an empty list of none."""
+    return [reduce(lambda first, other: first.plus(other), curves)] if curves else []  # type: ignore[attr-defined]
+
+
+def _square_after(before: Fit, after: Fit) -> float:
+    """Return the sum of squares after a fit, at the weights of the fit before.
 
     The weights are scaled to the same geometric mean: numbers that are weighted by their own residual then count by
     their likelihood.

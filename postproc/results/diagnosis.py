@@ -75,10 +75,10 @@ def diagnosis_document(name: str, d: Diagnosis) -> Document:
     values, kind = diagnosis_values(d), d.base.observed
     rungs = [Rung(BASE_LABEL, d.base, d.base.held_out_rms)]
     if d.missing:
-        rungs.append(Rung("with what is missing", d.told, d.final.held_out_rms))
+        rungs.append(Rung("with what is missing", d.model, d.final.held_out_rms))
     steps = cache(lambda: steps_data(rungs, [m.key for m in d.missing], values[kind.key("floor")]))
-    suspected = [(s.channel, s.where) for s in d.suspects]
-    strongest = Chart(lambda: [suspect_chart(d.searched, s, d.floor) for s in d.suspects[:1] if d.missing])
+    suspected = [(s.channel, s.where) for s in d.remaining]
+    strongest = Chart(lambda: [suspect_chart(d.searched, s, d.floor) for s in d.remaining[:1] if d.missing])
     blind = DataTable("not shown", ("effect", "why"), list(d.blind.items()))
     return Document(
         title=f"postproc diagnose {name}",
@@ -87,9 +87,9 @@ def diagnosis_document(name: str, d: Diagnosis) -> Document:
         figures=_figures(d, values),
         sections=[
             _ladder(d, values, steps),
-            Section("Also to know", [*doubts(d), *undetermined_sentences(d.told)]),
+            Section("Also to know", [*doubts(d), *undetermined_sentences(d.model)]),
             _missing_section(d),
-            Section("What remains follows", [strongest, suspect_table(d.suspects)], REMAINING_NOTE),
+            Section("What remains follows", [strongest, suspect_table(d.remaining)], REMAINING_NOTE),
             *workspace_section(kind.name, "Where it is off", program=bool(d.missing)),
             *channel_sections(d.final, "What the rest follows", suspected, folded=kind.name == "position"),
             _ranking(d, values),
@@ -120,9 +120,9 @@ def diagnosis_values(d: Diagnosis) -> Values:
                 **_kind_values(d, m.key),
                 "not_separable_from": list(m.not_separable),
                 "not_seen_beside": list(m.unseen),
-                "parameters": parameter_values(d.told, m.key),
-                "structure": structure_values(d.told, m.key),
-                "law": [_curve_values(curve) for curve in curves(d.told, m.key)],
+                "parameters": parameter_values(d.model, m.key),
+                "structure": structure_values(d.model, m.key),
+                "law": [_curve_values(curve) for curve in curves(d.model, m.key)],
             }
             for m in d.missing
         ],
@@ -132,7 +132,7 @@ def diagnosis_values(d: Diagnosis) -> Values:
         ],
         "suspects": [
             {"channel": s.channel, "where": s.where, "share": round(s.share, 4), "pattern": s.pattern}
-            for s in d.suspects
+            for s in d.remaining
         ],
         key("floor"): mm_or_none(d.floor),
         f"{key('rms')}_unnamed": mm_or_none(d.unnamed),
@@ -245,7 +245,7 @@ def _ladder(d: Diagnosis, values: Values, steps: Any) -> Section:
     def without_laws() -> list[str]:
         """Return the chart of the strongest pattern, if no effect's curve can be drawn in its place."""
         laws = any(step["laws"] for step in steps()["steps"])
-        return [] if laws else [suspect_chart(d.searched, s, d.floor) for s in d.suspects[:1]]
+        return [] if laws else [suspect_chart(d.searched, s, d.floor) for s in d.remaining[:1]]
 
     return Section(
         f"The error on rows that the fit has not seen, {kind.unit} per {kind.each}",
@@ -261,10 +261,10 @@ def _missing_section(d: Diagnosis) -> Section:
     columns = ("effect", "what it is", "form", "p", f"held out with it [{kind.unit}]")
     blocks: list[Block] = [
         DataTable("missing effects", columns, rows),
-        parameter_table(d.told, [m.key for m in d.missing]),
+        parameter_table(d.model, [m.key for m in d.missing]),
     ]
     # Of a smooth correction: where each joint's curve is lowest and highest, and the median of its deviation.
-    for curve in (c for m in d.missing if _kind_values(d, m.key)["is"] != "cause" for c in curves(d.told, m.key)):
+    for curve in (c for m in d.missing if _kind_values(d, m.key)["is"] != "cause" for c in curves(d.model, m.key)):
         ends = sorted((int(np.argmin(curve.turn)), int(np.argmax(curve.turn))))
         knots = ", ".join(f"{1e3 * curve.turn[k]:.2f} mrad near {shown(curve.channel, curve.at[k])}" for k in ends)
         sigma = 1e3 * np.median(curve.sigma)

@@ -35,10 +35,10 @@ def headline(d: Diagnosis) -> str:
     noise = "" if d.missing else _noise(d)
     unnamed = "and something else that no effect of the library explains"
     text = f"The model lacks {_named_together(d)}, {unnamed}. {_fall(d)} " if d.missing else ""
-    if not d.suspects:
+    if not d.remaining:
         return text or f"More is left than noise, and no effect of the library explains it.{noise}"
     lead = text or "Something is missing that no effect of the library explains. "
-    return f"{lead}{_remaining(d, d.suspects[0])}{noise}"
+    return f"{lead}{_remaining(d, d.remaining[0])}{noise}"
 
 
 def _unit(d: Diagnosis) -> str:
@@ -94,10 +94,10 @@ def _fall(d: Diagnosis) -> str:
 
 def _remaining(d: Diagnosis, s: Suspect) -> str:
     """Say what the strongest pattern without a name follows, and what to do about it."""
-    same = [x.channel for x in d.suspects if (x.where, x.pattern, x.share) == (s.where, s.pattern, s.share)]
+    same = [x.channel for x in d.remaining if (x.where, x.pattern, x.share) == (s.where, s.pattern, s.share)]
     channels = joined(sorted(same, key=lambda name: name not in d.base.data.state.channels))
     at = ("" if s.where.startswith(("joint", "body")) else "the ") + s.where + ("," if "," in s.where else "")
-    if s.share + sum(other.share for other in d.beside) < NO_LAW_SHARE:
+    if s.share + sum(other.share for other in d.further) < NO_LAW_SHARE:
         strongest = f"the strongest pattern, at {at} along {channels} ({s.pattern})"
         share = f"{100 * s.share:.0f} %" if s.share >= 0.005 else "less than 1 %"
         return f"More is left than noise; {strongest}, explains {share} of it."
@@ -133,7 +133,7 @@ def to_record(d: Diagnosis) -> list[str]:
     The approach side of a joint and the payload move every arm. Where they are not recorded, their influence looks like
     a function of other columns, which explains some of it.
     """
-    if not d.suspects or d.suspects[0].share + sum(s.share for s in d.beside) >= NEARLY_ALL:
+    if not d.remaining or d.remaining[0].share + sum(s.share for s in d.further) >= NEARLY_ALL:
         return []
     state = d.base.data.state
     lacking = [("dir1` to `dir6", state.approach), ("payload_kg", state.payload_mass)]
@@ -142,7 +142,7 @@ def to_record(d: Diagnosis) -> list[str]:
 
 def doubts(d: Diagnosis) -> Iterator[str]:
     """Yield sentences on the alternatives to a missing effect that the headline has no room for."""
-    if d.lacking is None and d.verdict == "missing":
+    if d.exceeds_noise is None and d.verdict == "missing":
         yield f"Whether what is left is noise, this data cannot tell: {_would_tell(d)}."
     for m in d.missing:
         if m.alike[MOST_RIVALS_NAMED:]:

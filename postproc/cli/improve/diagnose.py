@@ -65,7 +65,7 @@ def _say_further(diagnosis: Diagnosis, question: Question) -> None:
     keys = [m.key for m in diagnosis.missing if m.key not in little]
     same = (*table.words(), *arm.words())
     tables = [word for name in data for word in ("--data", name)]  # as `add` takes them
-    if diagnosis.suspects and not diagnosis.misleading and not to_record(diagnosis):
+    if diagnosis.remaining and not diagnosis.misleading and not to_record(diagnosis):
         keys.append("curve")
     if keys:
         what = f"writes the model that has {'it' if len(keys) == 1 else 'them'}"

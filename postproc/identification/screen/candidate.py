@@ -1,4 +1,4 @@
-"""What could be missing: one effect at its best, and the forms of every effect on one problem."""
+"""What could be missing: one effect at its best, named or a curve, and the forms of every effect on one problem."""
 
 from __future__ import annotations
 
@@ -15,11 +15,12 @@ from postproc.estimation.fitted import Fit
 from postproc.estimation.problem import Problem, Weights
 from postproc.estimation.solving.step import Masks
 from postproc.identification.screen.forms import Form, Forms, columns_of, forms_of
+from postproc.identification.screen.suspects import Suspect
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """An effect that a model may lack: the best composition of its forms on this data.
+    """An effect that a model may lack: the best composition of its forms on this data, or one curve without a name.
 
     Args:
         key: of the effect; effect: with starting amplitudes; free: (q,) mask of what a fit of it moves.
@@ -32,6 +33,7 @@ class Candidate:
         alike: of one that the model lacks, keys of effects that explain this data nearly as well; unseen: of those that
             would not be seen beside it.
         held_out_after: held-out rms [m], [rad] of angles, once it and those taken before it are in the model.
+        curve: of a curve, where it acts and what it follows; None for an effect of the library.
     """
 
     key: str
@@ -49,6 +51,34 @@ class Candidate:
     alike: tuple[str, ...] = ()
     unseen: tuple[str, ...] = ()
     held_out_after: float = float("nan")
+    curve: Suspect | None = None
+
+    @classmethod
+    def of_curve(cls, curve: Suspect, effect: Effect) -> Candidate:
+        """Return a curve as a candidate.
+
+        Args:
+            curve: where it acts and what it follows; effect: its terms, the amplitudes at null.
+        """
+        free = np.ones(len(effect.vector()), dtype=bool)
+        return cls(
+            key=effect.key,
+            effect=effect,
+            free=free,
+            label=curve.key,
+            evidence=curve.evidence,
+            fall=curve.fall,
+            count=int(free.sum()),
+            price=curve.price,
+            visible=np.inf,
+            p_value=0.0,
+            curve=curve,
+        )
+
+    @property
+    def name(self) -> str:
+        """What a search calls it: the key of its effect, or of a curve its place, kind and channels."""
+        return self.key if self.curve is None else self.curve.key
 
     @property
     def not_separable(self) -> tuple[str, ...]:
@@ -57,7 +87,7 @@ class Candidate:
 
     def columns(self, problem: Problem) -> Array:
         """Return (N, k) whitened derivatives by its k free amplitudes, in units of their ordinary sizes."""
-        return columns_of(problem, self.effect, self.free)
+        return columns_of(problem, self.effect, self.free) if self.curve is None else self.curve.columns(problem)
 
     @property
     def forming(self) -> int:

@@ -149,8 +149,8 @@ def answer(d: Diagnosis) -> dict[str, Any]:
         "labels": [c.label for c in some],
         "evidence": [round(float(c.evidence), 2) for c in some],
         "alike": [list(m.not_separable) for m in d.missing],
-        "suspects": [s.channel for s in d.suspects],
-        "pattern": d.suspects[0].pattern if d.suspects else "",
+        "suspects": [s.channel for s in d.remaining],
+        "pattern": d.remaining[0].pattern if d.remaining else "",
     }
 
 

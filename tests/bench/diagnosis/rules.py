@@ -19,11 +19,11 @@ def _nothing(*parts: Any, **named: Any) -> list[Any]:
 
 
 RULES: dict[str, tuple[Patch, ...]] = {
-    "backward": (("identification.forward", "backward", lambda state: state),),
+    "backward": (("identification.search", "backward", lambda state: state),),
     "maps": (("effects.library.joints.transmission_error", "TransmissionError.generalised", _nothing),),
     "nonlinear": (("identification.acceptance", "refit_form", lambda screen, linear, candidate, *least: candidate),),
-    "held_out": (("identification.forward", "predicts_better", lambda after, before, errors: True),),
-    "row": (("identification.forward", "with_and_without_a_row", lambda linear, columns: (0.0, 0.0)),),
+    "held_out": (("identification.search", "predicts_better", lambda after, before, errors: True),),
+    "row": (("identification.search", "with_and_without_a_row", lambda linear, columns: (0.0, 0.0)),),
     "nested": (("identification.acceptance", "_nested", lambda candidate, found: candidate),),
     "rooms": (
         (
@@ -32,9 +32,12 @@ RULES: dict[str, tuple[Patch, ...]] = {
             lambda terms, *others: np.ones(len(terms), dtype=bool),
         ),
     ),
-    "switches": (("patterns.screening", "CurveScreen._switched", _nothing),),
-    "memory": (("patterns.dictionary", "memories", _nothing), ("patterns.dictionary", "lags", _nothing)),
-    "leaning": (("patterns.dictionary", "overturning", lambda *parts: ([], [])),),
+    "switches": (("identification.screen.curves", "CurveScreen._switched", _nothing),),
+    "memory": (
+        ("identification.curves.families", "memories", _nothing),
+        ("identification.curves.families", "lags", _nothing),
+    ),
+    "leaning": (("identification.curves.families", "overturning", lambda *parts: ([], [])),),
 }
 """By the word of ``--without``, which may join several with +."""
 
