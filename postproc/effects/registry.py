@@ -18,7 +18,7 @@ from postproc.effects.findings import describe, finding, origin
 from postproc.effects.library.cell.external_axis_compliance import ExternalAxisCompliance
 from postproc.effects.library.cell.external_axis_error import ExternalAxisError
 from postproc.effects.library.cell.external_axis_frame import ExternalAxisFrame
-from postproc.effects.library.curve import Curve
+from postproc.effects.library.curve import ChannelCurve
 from postproc.effects.library.frames.frame_drift import FrameDrift
 from postproc.effects.library.frames.instrument_frame import InstrumentFrame
 from postproc.effects.library.frames.outlier import Outlier
@@ -75,7 +75,7 @@ BUILT_IN: tuple[type[Effect], ...] = (
     ExternalAxisCompliance,
     Session,
     Outlier,
-    Curve,
+    ChannelCurve,
 )
 
 

@@ -23,6 +23,7 @@ from postproc.effects.geometry import weight
 from postproc.effects.roles import Role
 from postproc.effects.sums import SumOfTerms
 
+WORDS = {"shift_m": "shift", "turn_rad": "turn", "share": "scale", "mass_kg": "mass", "moment_kgm": "first moment"}
 TIMES = " * "
 """Between the channels of a product, and between their functions."""
 SHIFT, TURN = (("shift_m", 3),), (("turn_rad", 3),)
@@ -76,11 +77,11 @@ class Term:
 class _ReadsByTerm:
     """The channels that a curve reads: those of its terms; of the class none, since any may be."""
 
-    def __get__(self, curve: Curve | None, owner: type[Curve]) -> tuple[str, ...]:
+    def __get__(self, curve: ChannelCurve | None, owner: type[ChannelCurve]) -> tuple[str, ...]:
         return ("q",) if curve is None else curve.channels_read
 
 
-class Curve(SumOfTerms, drafted=True, unlikely=float("inf"), role=Role.CURVE):
+class ChannelCurve(SumOfTerms, drafted=True, unlikely=float("inf"), role=Role.CURVE, key="curve"):
     """A place moves with a function of one or two channels that no effect of the library explains.
 
     Equation: xi = sum_k c_k f_k / s_k, with f_k a product of functions of channels (`effects.bases`), s_k the value of
@@ -195,13 +196,24 @@ class Curve(SumOfTerms, drafted=True, unlikely=float("inf"), role=Role.CURVE):
         fields |= {name: np.append(getattr(self, name), getattr(term, name)) for name in self.parameters()}
         return type(self)(**fields)
 
+    def to_file(self) -> dict[str, Any]:
+        """Plain numbers and words, seven digits; parameters that no place has and a site that no channel needs go."""
+        table = {name: _rounded(value) for name, value in super().to_file().items()}
+        needed = {"point_m", "instrument_m_rad"} if "pose" in self.reads else set[str]()
+        return {
+            name: value
+            for name, value in table.items()
+            if value != [] and (name in needed or name not in ("point_m", "instrument_m_rad"))
+        }
+
     def symbols(self) -> Iterator[str]:
-        """Yield each term in symbols, such as ``q2: 0.12 mrad cos(3 q2 - 0.4 rad)``."""
+        """Yield each term in symbols, such as ``delta q2 = 0.12 mrad cos(3 q2 - 0.4)``."""
         for t in self.terms:
-            every = {name: np.atleast_1d(getattr(self, name))[at] for name, at in t.amplitudes.items()}
-            sizes = "; ".join(_size(name, values / t.largest) for name, values in every.items())
             product = " ".join(symbols(b, c.name, _as_text(c, b, numbers)) for c, b, numbers in t.factors)
-            yield f"{t.place} moves by ({sizes}) {product}"
+            for name, at in t.amplitudes.items():
+                values = np.atleast_1d(getattr(self, name))[at] / t.largest
+                moved = f"delta q{t.place[6:]}" if t.place.startswith("joint") else f"{WORDS[name]} of {t.place}"
+                yield f"{moved} = {_size(name, values)} {product}"
 
     @classmethod
     def problems(cls, table: Mapping[str, Any]) -> list[FieldProblem]:
@@ -224,7 +236,7 @@ class Curve(SumOfTerms, drafted=True, unlikely=float("inf"), role=Role.CURVE):
         return typed(table)
 
 
-Curve.reads = _ReadsByTerm()  # type: ignore[assignment]
+ChannelCurve.reads = _ReadsByTerm()  # type: ignore[assignment]
 
 
 def _problem_of_term(place: str, channels: str, basis: str, largest: float) -> FieldProblem | None:
@@ -264,8 +276,14 @@ def _as_text(c: Channel, basis: str, numbers: tuple[float, ...]) -> list[str]:
     ]
 
 
+def _rounded(value: Any) -> Any:
+    """Return the numbers of a list with seven digits; words as they are."""
+    return [float(f"{x:.7g}") if isinstance(x, float) else x for x in value] if isinstance(value, list) else value
+
+
 def _size(name: str, values: Array) -> str:
     """Return amplitudes as text with their unit, ``0.12, -0.03 mrad``."""
     unit, factor = {"turn_rad": ("mrad", 1e3), "shift_m": ("mm", 1e3), "share": ("ppm", 1e6)}.get(name, ("", 1.0))
     unit = unit or {"mass_kg": "kg", "moment_kgm": "kg m"}[name]
-    return f"{', '.join(f'{x * factor:.3g}' for x in values)} {unit}"
+    numbers = ", ".join(f"{x * factor:.3g}" for x in values)
+    return f"{numbers} {unit}" if len(values) == 1 else f"({numbers}) {unit}"
