@@ -20,7 +20,7 @@ from __future__ import annotations
 import dataclasses
 import re
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, Self, TypeVar, dataclass_transform
@@ -82,8 +82,6 @@ class Effect:
         key: canonical name; the class name in lower case with underscores where none is given.
         confused_with: key of another effect to the measurement that tells the two apart.
         about_data: a finding about the measurements, not a property of the arm.
-        drafted: its law was found among thousands by a diagnosis; predictions with it are that much less sure. A
-            structural number of it is an edge that may be anywhere between its bounds.
         beside: key of the effect that goes before this one: a diagnosis that misses both names that one first.
         unlikely: 2 log of the prior odds against it: of two that explain data equally well the other one is named;
             infinite where a diagnosis does not name it at all.
@@ -98,7 +96,6 @@ class Effect:
     linear: ClassVar[bool] = True
     confused_with: ClassVar[Mapping[str, str]] = {}
     about_data: ClassVar[bool] = False
-    drafted: ClassVar[bool] = False
     beside: ClassVar[str] = ""
     unlikely: ClassVar[float] = 0.0
     role: ClassVar[Role | None] = None
@@ -113,7 +110,6 @@ class Effect:
         key: str = "",
         confused_with: Mapping[str, str] | None = None,
         about_data: bool | None = None,
-        drafted: bool | None = None,
         beside: str | None = None,
         unlikely: float | None = None,
         role: Role | None = None,
@@ -127,7 +123,6 @@ class Effect:
         cls.reads = cls.reads if reads is None else _with_sources((reads,) if isinstance(reads, str) else reads)
         cls.linear = cls.linear if linear is None else linear
         cls.about_data = cls.about_data if about_data is None else about_data
-        cls.drafted = cls.drafted if drafted is None else drafted
         cls.beside = cls.beside if beside is None else beside
         cls.unlikely = cls.unlikely if unlikely is None else unlikely
         cls.role = cls.role if role is None else role
@@ -192,6 +187,10 @@ class Effect:
     def unlimited(self) -> Self:
         """Return the effect without the limits of its fitted range, to tell how uncertain predictions beyond it are."""
         return self
+
+    def undecided(self) -> Iterator[tuple[Self, Self]]:
+        """Yield pairs of the effect at both ends of a structural number that the data leaves open; by default none."""
+        yield from ()
 
     def resolutions(self, state: State) -> tuple[tuple[Self, ...], ...]:
         """Return versions of a free function in series from fine to coarse, for a fit to choose; else itself alone."""

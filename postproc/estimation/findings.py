@@ -146,7 +146,7 @@ def _scarce(fit: Fit) -> list[Diagnostic]:
     Of a drafted effect no row is held out.
     """
     poses = int(fit.data.repeats.max()) + 1
-    if fit.drafted or fit.held_out_rms < SCARCE * fit.rms or not fit.parameters:
+    if fit.unnamed or fit.held_out_rms < SCARCE * fit.rms or not fit.parameters:
         return []
     unit = fit.observed.unit
     message = (

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.effects.roles import Role
 from postproc.estimation.evidence import CLOSE_EVIDENCE
 from postproc.estimation.excess import excess_variance
 from postproc.estimation.leftover import Leftover, split_residual
@@ -103,18 +104,17 @@ class Fit(Solution):
         return float(np.sqrt(excess_variance(own, max(self.freedom, 1.0), noise**2, self.noise.dof)))
 
     @property
-    def drafted(self) -> bool:
-        """Whether an effect of the model was drafted from data: its formula has seen all rows, held-out ones too."""
-        return any(e.drafted and not e.is_null for e in self.model.effects)
+    def unnamed(self) -> bool:
+        """Whether the model has a law without a name: its form was chosen on all rows, held-out ones too."""
+        return any(e.role is Role.CURVE and not e.is_null for e in self.model.effects)
 
     @cached_property
     def undecided(self) -> float:
-        """Standard deviation per axis [m] that an uncertain formula of a drafted effect adds to predictions.
+        """Standard deviation per axis [m] that the uncertain form of a law without a name adds to predictions.
 
-        It is the difference to a formula that is worse by odds of 50 to 1. It is 0 where the model has no drafted
-        effect, which is an effect whose formula was proposed from the data.
+        It is the difference to a form that is worse by odds of 50 to 1; 0 where the model has no such law.
         """
-        if not self.drafted:
+        if not self.unnamed:
             return 0.0
         numbers = self.serial * self.informative * len(self.problem.residual)
         return float(np.sqrt(CLOSE_EVIDENCE * self.overconfidence * self._square / numbers))

@@ -24,7 +24,7 @@ def recorded_model(fit: Fit) -> Model:
     table: dict[str, Any] = {
         "rows": int(len(data) - len(fit.set_aside)),
         key("rms"): mm(fit.rms),
-        **({} if fit.drafted else {key("held_out_rms"): mm(fit.held_out_rms)}),
+        **({} if fit.unnamed else {key("held_out_rms"): mm(fit.held_out_rms)}),
         "version": __version__,
         **uncertainty_table(fit.model, known),
         "undetermined": [parameter_name(fit.model, *name) for name in undetermined(fit)],

@@ -44,18 +44,18 @@ class FitFigures:
 
     Args:
         rms, held_out_rms: of what was observed [m], [rad] of angles; observed: the kind of measured numbers.
-        drafted: whether the model has an effect that was drafted from data.
+        unnamed: whether the model has a law without a name.
     """
 
     rms: float
     held_out_rms: float
     observed: Observation
-    drafted: bool = False
+    unnamed: bool = False
 
     @classmethod
     def of(cls, fit: Fit) -> FitFigures:
         """Return the figures of a fit."""
-        return cls(fit.rms, fit.held_out_rms, fit.observed, fit.drafted)
+        return cls(fit.rms, fit.held_out_rms, fit.observed, fit.unnamed)
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -147,14 +147,12 @@ def position_covariance(model: Model, state: State, known: Uncertainty, instrume
 
 
 def _half_steps(model: Model, state: State) -> Iterator[Array]:
-    """Yield half the position change (n, 3) [m] between the bounds of each number that a diagnosis read off data.
+    """Yield half the position change (n, 3) [m] between both ends of each number that the data leaves open.
 
-    Such a number, as the edge of a step, is a structural parameter of an effect that was composed from data.
+    Such a number is the edge of a step, which lies anywhere between two measured values.
     """
     for effect in model.effects:
-        edges = type(effect).structures() if effect.drafted else {}
-        for name, bounds in ((n, b) for n, b in edges.items() if isinstance(getattr(effect, n), float)):
-            ends = (replace(effect, **{name: end}) for end in (bounds.low, bounds.high))  # type: ignore[type-var]
+        for ends in effect.undecided():
             low, high = (model.with_effects(*(end if e is effect else e for e in model.effects)) for end in ends)
             yield 0.5 * (predict(high, state) - predict(low, state))[:, :3, 3]
 

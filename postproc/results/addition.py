@@ -32,15 +32,15 @@ def addition_document(name: str, addition: Addition) -> Document:
     """
     values, kind, fit = addition_values(addition), addition.fit.observed, addition.fit
     floor, noise = mm(addition.floor), fit.parts.level is not None
-    rows = "rows of the fit" if fit.drafted else "rows that the fit has not seen"
+    rows = "rows of the fit" if fit.unnamed else "rows that the fit has not seen"
     dashed, each = floor if noise else None, f"{kind.unit} per {kind.each}"
     added = list(dict.fromkeys(step.name.removeprefix("+ ") for step in addition.ladder[1:]))
 
-    before, after = (f.rms if fit.drafted else f.held_out_rms for f in (addition.before, fit))
+    before, after = (f.rms if fit.unnamed else f.held_out_rms for f in (addition.before, fit))
 
     def bar(label: str, error: Fit | FitFigures, share: float | None = None) -> Bar:
         """Return the bar of a fit: on held-out rows with the fitted ones beside it, of drafts on fitted rows alone."""
-        if fit.drafted:
+        if fit.unnamed:
             return Bar(label, 1e3 * error.rms)
         note = f"{1e3 * error.rms:.3f} {kind.unit} in the fit"
         if share is not None:
@@ -49,7 +49,7 @@ def addition_document(name: str, addition: Addition) -> Document:
 
     ladder = [bar(step.name if k else BASE_LABEL, step.fit, step.share) for k, step in enumerate(addition.ladder)]
     bars = Bars(ladder, dashed, unit=kind.unit, steps=[level.name for level in ladder])
-    distances = Chart(lambda: [distance_chart(fit, dashed, held_out=not fit.drafted)])
+    distances = Chart(lambda: [distance_chart(fit, dashed, held_out=not fit.unnamed)])
     without = [bar(f"without {key}", f) for key, f in addition.without.items()]
     worth = Bars(without, dashed, unit=kind.unit)
     return Document(
@@ -90,7 +90,7 @@ def addition_sentence(addition: Addition) -> str:
     known = addition.fit.parts.level is not None
     bound = "the noise is" if known else "any smooth function of the channels would leave"
     floor = f"{bound} {1e3 * addition.floor:.3f} {addition.fit.observed.unit}"
-    if addition.fit.drafted:
+    if addition.fit.unnamed:
         first, last = 1e3 * addition.before.rms, 1e3 * addition.fit.rms
         return (
             f"In the fit the error falls from {first:.3f} to {last:.3f} {each}; {floor}. The formula of a draft is "
@@ -115,6 +115,6 @@ def _rungs(addition: Addition) -> list[Rung]:
     rungs = []
     for k, step in enumerate(addition.ladder):
         fit = step.fit if isinstance(step.fit, Fit) else evaluate(step.model, addition.fit.data)
-        error = step.fit.rms if addition.fit.drafted else step.fit.held_out_rms
+        error = step.fit.rms if addition.fit.unnamed else step.fit.held_out_rms
         rungs.append(Rung(step.name if k else BASE_LABEL, fit, error))
     return rungs

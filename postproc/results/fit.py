@@ -29,7 +29,7 @@ def fit_document(name: str, fit: Fit) -> Document:
     if level is not None and fit.parts.repeatability:
         noise += f", of which {1e3 * fit.parts.repeatability:.3f} {unit} is how well the arm repeats a pose"
     unseen = f"{1e3 * fit.held_out_rms:.3f} {unit} on rows that the fit has not seen"
-    if fit.drafted:
+    if fit.unnamed:
         unseen = (
             "all of which its drafted effect may have seen: what it is worth, rows of another table tell (`compare`)"
         )
@@ -39,7 +39,7 @@ def fit_document(name: str, fit: Fit) -> Document:
         sentence=f"The model misses {1e3 * fit.rms:.3f} {unit} per {each}, {unseen}; the noise is {noise}.",
         figures=[
             Figure("error in the fit", mm(fit.rms), unit=unit),
-            Figure("error on other rows", None if fit.drafted else mm(fit.held_out_rms), unit=unit),
+            Figure("error on other rows", None if fit.unnamed else mm(fit.held_out_rms), unit=unit),
             Figure("noise", mm_or_none(level), unit=unit),
         ],
         sections=[
@@ -128,7 +128,7 @@ def error_values(fit: Fit | FitFigures) -> dict[str, float | None]:
     The latter is None for a model with a drafted effect, whose formula was chosen on all rows.
     """
     key = fit.observed.key
-    return {key("rms"): mm(fit.rms), key("held_out_rms"): None if fit.drafted else mm(fit.held_out_rms)}
+    return {key("rms"): mm(fit.rms), key("held_out_rms"): None if fit.unnamed else mm(fit.held_out_rms)}
 
 
 def noise_values(fit: Fit) -> Values:

@@ -47,8 +47,8 @@ def run(
     write_model(output, addition.model, like=model, silent=json)
     document = addition_document(short_names(model, *keys, *data), addition)
     present(document, report, json=json, text=text, aside=output is None)
-    drafted = addition.fit.drafted  # of which no row is held out
-    if not json and output is not None and (drafted or addition.fit.held_out_rms < addition.before.held_out_rms):
+    unnamed = addition.fit.unnamed  # of which no row is held out
+    if not json and output is not None and (unnamed or addition.fit.held_out_rms < addition.before.held_out_rms):
         say_next("says whether more is missing", "diagnose", output, *data, *table.words(), *arm_options.words())
         words = ("compensate", "PROGRAM", "-m", output, *ArmOptions(effects=arm_options.effects).words(), "-o", "OUT")
         say_next("corrects a program with it", *words, lead="or")

@@ -138,8 +138,6 @@ def _pickles(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
 
 def _identifiable(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
     """Yield EFF014 where a parameter changes nothing, or parameters are linearly dependent on varied poses."""
-    if cls.drafted:
-        return  # A diagnosis saw it on its data, which these poses need not be like.
     for form in _forms(cls, state):
         effect = _sized(form.effect)
         freed = np.flatnonzero(form.refit)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Self
 
@@ -81,7 +81,7 @@ class _ReadsByTerm:
         return ("q",) if curve is None else curve.channels_read
 
 
-class ChannelCurve(SumOfTerms, drafted=True, unlikely=float("inf"), role=Role.CURVE, key="curve"):
+class ChannelCurve(SumOfTerms, unlikely=float("inf"), role=Role.CURVE, key="curve"):
     """A place moves with a function of one or two channels that no effect of the library explains.
 
     Equation: xi = sum_k c_k f_k / s_k, with f_k a product of functions of channels (`effects.bases`), s_k the value of
@@ -89,7 +89,8 @@ class ChannelCurve(SumOfTerms, drafted=True, unlikely=float("inf"), role=Role.CU
     (`postproc diagnose`); another table says what it is worth. Typical size: 0.1 mm or 0.1 mrad.
 
     Channels of a product stand behind each other, ``temperature * q3``, and so do their functions, ``line * wave``;
-    ``numbers`` are those of all functions in their order, SI. ``point_m`` is the measured point in the axes of the
+    ``numbers`` are those of all functions in their order, SI, and ``gap`` how far apart the measured values are between
+    which an edge lies, 0 for other numbers. ``point_m`` is the measured point in the axes of the
     nominal tool, and ``instrument_m_rad`` the base as the instrument sees it, for channels that depend on these.
     """
 
@@ -97,6 +98,7 @@ class ChannelCurve(SumOfTerms, drafted=True, unlikely=float("inf"), role=Role.CU
     channels: tuple[str, ...] = structure(("q1",))
     basis: tuple[str, ...] = structure(("line",))
     numbers: tuple[float, ...] = structure((0.0,))
+    gap: tuple[float, ...] = structure((0.0,), low=0.0)
     largest: tuple[float, ...] = structure((1.0,))
     point_m: tuple[float, ...] = structure((0.0, 0.0, 0.0))
     instrument_m_rad: tuple[float, ...] = structure((0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
@@ -105,6 +107,12 @@ class ChannelCurve(SumOfTerms, drafted=True, unlikely=float("inf"), role=Role.CU
     share: Array = param(unit="1", shape=("share",), low=-0.01, high=0.01, typical=1e-5)
     mass_kg: Array = param(unit="kg", shape=("mass_kg",), low=-500.0, high=500.0, typical=3.0)
     moment_kgm: Array = param(unit="kg m", shape=("moment_kgm",), low=-500.0, high=500.0, typical=1.0)
+
+    def __post_init__(self) -> None:
+        """Fill in the gaps of numbers that are no edges."""
+        if not any(self.gap):
+            object.__setattr__(self, "gap", (0.0,) * len(self.numbers))
+        super().__post_init__()
 
     def shape(self, name: str) -> tuple[int, ...]:
         """Return the length of a parameter: what the places of all terms have of it."""
@@ -196,15 +204,19 @@ class ChannelCurve(SumOfTerms, drafted=True, unlikely=float("inf"), role=Role.CU
         fields |= {name: np.append(getattr(self, name), getattr(term, name)) for name in self.parameters()}
         return type(self)(**fields)
 
+    def undecided(self) -> Iterator[tuple[Self, Self]]:
+        """The curve with each edge at both of the measured values between which it lies."""
+        for k, gap in ((k, gap) for k, gap in enumerate(self.gap) if gap > 0):
+            ends = (self.numbers[k] - 0.5 * gap, self.numbers[k] + 0.5 * gap)
+            low, high = (replace(self, numbers=(*self.numbers[:k], x, *self.numbers[k + 1 :])) for x in ends)
+            yield low, high
+
     def to_file(self) -> dict[str, Any]:
         """Plain numbers and words, seven digits; parameters that no place has and a site that no channel needs go."""
         table = {name: _rounded(value) for name, value in super().to_file().items()}
-        needed = {"point_m", "instrument_m_rad"} if "pose" in self.reads else set[str]()
-        return {
-            name: value
-            for name, value in table.items()
-            if value != [] and (name in needed or name not in ("point_m", "instrument_m_rad"))
-        }
+        needless = {name for name in self.parameters() if not table[name]} | (set() if any(self.gap) else {"gap"})
+        needless |= set() if "pose" in self.reads else {"point_m", "instrument_m_rad"}
+        return {name: value for name, value in table.items() if name not in needless}
 
     def symbols(self) -> Iterator[str]:
         """Yield each term in symbols, such as ``delta q2 = 0.12 mrad cos(3 q2 - 0.4)``."""
@@ -220,7 +232,7 @@ class ChannelCurve(SumOfTerms, drafted=True, unlikely=float("inf"), role=Role.CU
         """What is wrong with the table of a curve: beside types, its places, channels, functions and their numbers."""
         lists = {name: table.get(name, getattr(cls, name)) for name in ("place", "channels", "basis", "largest")}
         typed = super().problems
-        mistyped = [p for name in (*lists, "numbers") if name in table for p in typed({name: table[name]})]
+        mistyped = [p for name in (*lists, "numbers", "gap") if name in table for p in typed({name: table[name]})]
         if mistyped:
             return mistyped
         if len({len(words) for words in lists.values()}) > 1:
@@ -233,6 +245,10 @@ class ChannelCurve(SumOfTerms, drafted=True, unlikely=float("inf"), role=Role.CU
         if len(table.get("numbers", cls.numbers)) != count:
             message = f"`numbers` of `curve` has {len(table.get('numbers', cls.numbers))} numbers"
             return [FieldProblem("EFF022", "numbers", message, f"its functions have {count}")]
+        if len(table.get("gap", table.get("numbers", cls.numbers))) != count:
+            return [
+                FieldProblem("EFF022", "gap", "`gap` of `curve` has another length than `numbers`", "0 for no edge")
+            ]
         return typed(table)
 
 

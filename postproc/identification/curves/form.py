@@ -63,6 +63,14 @@ class SignalFunction:
         head, unit_name, _ = self.derived
         return Channel(head, (channel(signal.name),), float(numbers[0]), unit_name).name, "line", (0.0,)
 
+    def gaps(self, signal: Signal, numbers: Sequence[float]) -> list[float]:
+        """Return for each number of `factor` how far apart the measured values are between which an edge lies, or 0."""
+        if self.derived is not None:
+            return [0.0]
+        spans = (span_of(signal, kind, [x]) for kind, x in zip(self.numbers, numbers, strict=True))
+        edges = [high - low if kind == "edge" else 0.0 for kind, (low, high) in zip(self.numbers, spans, strict=True)]
+        return [*([0.0] * len(self.fixed)), *edges]
+
     def words(self, template: str, signal: Signal, numbers: Sequence[float], spans: Sequence[Edge]) -> str:
         """Return a template filled with the words for a signal and the numbers of this curve.
 
@@ -184,9 +192,12 @@ class CurveForm:
         return tuple(dict.fromkeys(s.channels[k] for k in range(most) for s in self.signals if k < len(s.channels)))
 
     @property
-    def factors_of_terms(self) -> list[list[tuple[str, str, tuple[float, ...]]]]:
-        """Channel, function and its numbers of every factor, of each of its parts, as `curve` has them."""
-        return [[c.factor(s, own) for c, s, own in part.each] for part in self.parts or (self,)]
+    def factors_of_terms(self) -> list[tuple[list[tuple[str, str, tuple[float, ...]]], tuple[float, ...]]]:
+        """Of each of its parts channel, function and numbers of every factor, and the numbers' gaps (`curve`)."""
+        return [
+            ([c.factor(s, own) for c, s, own in part.each], tuple(g for c, s, own in part.each for g in c.gaps(s, own)))
+            for part in self.parts or (self,)
+        ]
 
     @property
     def text(self) -> str:

@@ -63,17 +63,18 @@ class Suspect:
     def terms(self) -> list[dict[str, Any]]:
         """The fields of `curve`, one dictionary for each of its terms."""
         largest = float(np.abs(self.form.raw).max()) or 1.0
-        every = [(factors, largest) for factors in self.form.factors_of_terms]
-        every += [([("1", "line", (0.0,))], 1.0)] if off_everywhere(self.where) else []
+        every = [(factors, gaps, largest) for factors, gaps in self.form.factors_of_terms]
+        every += [([("1", "line", (0.0,))], (0.0,), 1.0)] if off_everywhere(self.where) else []
         return [
             {
                 "place": (self.where,),
                 "channels": (" * ".join(name for name, *_ in factors),),
                 "basis": (" * ".join(basis for _, basis, _ in factors),),
                 "numbers": tuple(x for *_, numbers in factors for x in numbers),
+                "gap": gaps,
                 "largest": (size,),
             }
-            for factors, size in every
+            for factors, gaps, size in every
         ]
 
     @property
