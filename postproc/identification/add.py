@@ -144,27 +144,27 @@ def _added(
     watch("the model as it came", 0.0)
     base = fit_model(model, data, noise=noise)
     # Forms are chosen on as many rows as tell them, and fitted to all.
-    found = start = thinned(base)
+    current = start = thinned(base)
     before = settled(base)
     steps, bound = [Step("base", FitFigures.of(before), before.model)], base.smooth_bound
     every = list(dict.fromkeys([*(cls.key for cls in classes), *(e.key for e in model.effects)]))
     total = len(classes) + len(every) + 2
 
-    def on_all_rows(found: Fit, keys: Sequence[str]) -> Fit:
+    def on_all_rows(current: Fit, keys: Sequence[str]) -> Fit:
         """Return what was found on some rows fitted to all of them."""
         # A start that some of the rows have settled needs no step below a third of a standard deviation.
-        return found if start is base else refit_all(base, found, keys, closely=0.1 / len(base.problem.residual))
+        return current if start is base else refit_all(base, current, keys, closely=0.1 / len(base.problem.residual))
 
     for k, cls in enumerate(classes):
         watch(f"`{cls.key}`", (k + 1) / total)
-        found = grown(found, cls)
+        current = grown(current, cls)
         if cls is not classes[-1]:
-            rung = settled(on_all_rows(found, [c.key for c in classes[: k + 1]]))
+            rung = settled(on_all_rows(current, [c.key for c in classes[: k + 1]]))
             steps.append(Step(f"+ {cls.key}", FitFigures.of(rung), rung.model))
     added = [cls for cls in classes if model.effect(cls.key) is None and cls.role is not Role.CURVE]
-    found = _beside_each_other(found, added if len(classes) > 1 else [])
+    current = _formed_together(current, added if len(classes) > 1 else [])
     watch("all of it", (len(classes) + 1) / total)
-    final = on_all_rows(found, [cls.key for cls in classes])
+    final = on_all_rows(current, [cls.key for cls in classes])
     no_farther_than_nominal(final)
     after = settled(final)
     steps.append(Step(f"+ {classes[-1].key}", after, after.model))
@@ -230,11 +230,11 @@ def grown(fit: Fit, cls: type[Effect]) -> Fit:
     candidate = compose(screen, fit.linear, cls.key)
     if candidate is None:
         return fit_model(fit.model, fit.data, [fit.model.effect(cls.key) or cls.null()], noise=fit.noise.stated)
-    found = fitted_best(fit, screen, candidate)
-    if found is None:
+    best = fitted_best(fit, screen, candidate)
+    if best is None:
         message = f"the fit with `{cls.key}` does not settle on this data"
         raise PostprocError.of("DAT022", message, fit.data.source, help="measure more poses that move it")
-    return found[1]
+    return best[1]
 
 
 def with_curve(fit: Fit) -> Fit:
@@ -244,14 +244,14 @@ def with_curve(fit: Fit) -> Fit:
         PostprocError: DAT028, nothing that remains follows a channel.
     """
     state = fit.problem.sensitivity.state
-    found = with_curves_anew(SearchState(fit, fit, {}, curve_forms(state, fit.problem.site)))
-    if not found.curves:
+    searched = with_curves_anew(SearchState(fit, fit, {}, curve_forms(state, fit.problem.site)))
+    if not searched.curves:
         message = "no curve is added: nothing that remains follows a channel"
         raise PostprocError.of("DAT028", message, fit.data.source, help="see what `diagnose` says", exit_code=1)
-    return found.fit
+    return searched.fit
 
 
-def _beside_each_other(final: Fit, added: Sequence[type[Effect]]) -> Fit:
+def _formed_together(final: Fit, added: Sequence[type[Effect]]) -> Fit:
     """Return the fit with each added effect in the form that suits it beside all the others.
 
     The first forms were chosen without the later effects; a form is changed where the held-out error falls by the share

@@ -122,8 +122,8 @@ def backward(state: SearchState) -> SearchState:
         if best is not state:
             state, done = best, set()
             continue
-        alike, unseen = indistinguishable(without.ranked, one, without.fit, state.fit)
-        state = state.with_rivals(replace(one, alike=alike, unseen=unseen))
+        similar, unseen = indistinguishable(without.ranked, one, without.fit, state.fit)
+        state = state.with_rivals(replace(one, alike=similar, unseen=unseen))
     return state
 
 

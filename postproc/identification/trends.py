@@ -69,18 +69,18 @@ def residual_trends(fit: Fit) -> tuple[Trend, ...]:
         return ()
     space = fit.observed.name == "position"
     joint = joint_errors(fit) if space else error
-    found: list[Trend] = []
+    trends: list[Trend] = []
     for name, values in named.items():
         member, centre = _bins(values[good])
         if space:
             along = _trend(name, "space", error[:, seen] * 1e3, good, member, centre)
-            found.append(replace(along, direction=np.eye(3)[seen].T @ along.direction))
-        own = name[:-1] in ("q", "v", "dir", "load", "a") and name[-1] in "123456"
-        for j in [int(name[-1]) - 1] if own else []:
+            trends.append(replace(along, direction=np.eye(3)[seen].T @ along.direction))
+        at_joint = name[:-1] in ("q", "v", "dir", "load", "a") and name[-1] in "123456"
+        for j in [int(name[-1]) - 1] if at_joint else []:
             if not (space or seen[j]):
                 continue
-            found.append(_trend(name, f"joint {j + 1}", joint[:, j : j + 1] * 1e3, good, member, centre))
-    return tuple(sorted(found, key=lambda t: -t.share))
+            trends.append(_trend(name, f"joint {j + 1}", joint[:, j : j + 1] * 1e3, good, member, centre))
+    return tuple(sorted(trends, key=lambda t: -t.share))
 
 
 def _bins(values: Array) -> tuple[NDArray[np.int_], Array]:

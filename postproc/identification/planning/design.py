@@ -78,8 +78,8 @@ def sharpen(fit: Fit, pool: Problem, n: int) -> tuple[list[int], float, float, l
     arm = np.array([key not in frames for key, _ in entries])
     width = np.sqrt(np.diag(P))
     every = Z.reshape(-1, Z.shape[2])
-    told = np.sqrt(np.diag(np.linalg.inv(np.linalg.inv(P) + every.T @ every))) < NEVER
-    known = arm & told
+    determined = np.sqrt(np.diag(np.linalg.inv(np.linalg.inv(P) + every.T @ every))) < NEVER
+    known = arm & determined
     before = float(width[known].max(initial=0.0))
     worst = [entries[i] for i in np.argsort(-np.where(known, width, 0.0))[:3] if known[i]]
     chosen: list[int] = []
@@ -96,7 +96,7 @@ def sharpen(fit: Fit, pool: Problem, n: int) -> tuple[list[int], float, float, l
         before,
         float(after[known].max(initial=0.0)),
         worst,
-        [entries[i] for i in np.flatnonzero(arm & ~told)],
+        [entries[i] for i in np.flatnonzero(arm & ~determined)],
     )
 
 
@@ -199,9 +199,9 @@ def _form(fit: Fit, pool: Problem, screen: Screen, cls: type[Effect]) -> tuple[E
     Args:
         pool: poses that may be measured; screen: the forms of the effect on the data; cls: class of the effect.
     """
-    held = fit.model.effect(cls.key)
-    if held is not None:
-        return held, np.asarray(fit.free[cls.key]) & held.amplitudes()
+    fitted = fit.model.effect(cls.key)
+    if fitted is not None:
+        return fitted, np.asarray(fit.free[cls.key]) & fitted.amplitudes()
     candidate = compose(screen, fit.linear, cls.key)
     if candidate is not None:
         candidate = refit_form(screen, fit.linear, candidate)

@@ -44,4 +44,4 @@ class Room:
         return good
 
 
-WHOLE_RANGE = Room()
+FULL_RANGE = Room()

@@ -40,11 +40,11 @@ def with_and_without_a_row(linear: Linear, columns: Array) -> tuple[float, float
     """
     square, taken = taken_off(linear, columns)
     others = np.arange(len(square)) != np.argmax(taken)
-    whole, less = (
+    all_rows, less = (
         float(schwarz(square[some].sum(), (square - taken)[some].sum(), columns.shape[1], linear.freedom))
         for some in (np.full(len(square), True), others)
     )
-    return whole, less
+    return all_rows, less
 
 
 def explained(gram: Array, along: Array, least: Array) -> Array:
@@ -54,13 +54,13 @@ def explained(gram: Array, along: Array, least: Array) -> Array:
         gram: (m, m, P) matrices G, of which the upper triangle is read; along: (m, P) vectors b.
         least: (P,) added to the diagonal.
     """
-    found = np.zeros(along.shape[1])
+    total = np.zeros(along.shape[1])
     for i in range(len(along)):
         pivot, row = gram[i, i] + least, gram[i, i + 1 :]
-        found += along[i] ** 2 / pivot
+        total += along[i] ** 2 / pivot
         along[i + 1 :] -= row / pivot * along[i]
         gram[i + 1 :, i + 1 :] -= (row / pivot)[:, None] * row
-    return found
+    return total
 
 
 class Place:
@@ -101,8 +101,8 @@ class Place:
         for at in range(0, P, CHUNK):
             b = values[:, at : at + CHUNK]
             b = b[self.pose] if len(self.pose) < len(values) else b
-            found = self.straight @ b
-            inside, along = found[:-m].reshape(m, -1, b.shape[1]), found[-m:].astype(float)
+            products = self.straight @ b
+            inside, along = products[:-m].reshape(m, -1, b.shape[1]), products[-m:].astype(float)
             alone = (self.squared @ b**2).astype(float)
             gram = np.zeros((m, m, b.shape[1]))
             for (i, j), square in zip(self.pairs, alone, strict=True):
