@@ -19,11 +19,10 @@ from postproc.estimation.priors import with_earlier_fit
 from postproc.estimation.recorded import recorded_model
 from postproc.estimation.solving.rounding import misjudged
 from postproc.estimation.solving.settle import settled
-from postproc.estimation.solving.solve import Terms
 from postproc.identification.acceptance import fitted_best
 from postproc.identification.curves.families import curve_forms
 from postproc.identification.refits import refit_all, thinned
-from postproc.identification.refits import without as without_some
+from postproc.identification.refits import without as without_effects
 from postproc.identification.screen.candidate import Screen
 from postproc.identification.screen.composition import compose
 from postproc.identification.search import with_curves_anew
@@ -177,8 +176,8 @@ def _added(
     without: dict[str, FitFigures] = {}
     for k, effect in enumerate(e for e in final.model.effects if not e.is_frame):
         watch(f"without `{effect.key}`", (len(classes) + 2 + k) / total)
-        # Of many rows what the slope foretells is near enough: nobody fits them ten times.
-        fit = settled(_without(final, effect.key)) if start is base else without_some(final, [effect.key])
+        fit = without_effects(final, [effect.key])
+        fit = settled(fit) if start is base else fit
         # The frames of sessions that saw the arm from elsewhere come back by themselves.
         if fit.model.effect(effect.key) is None:
             without[effect.key] = FitFigures.of(fit)
@@ -261,14 +260,6 @@ def _formed_together(final: Fit, added: Sequence[type[Effect]]) -> Fit:
         final: the fit with all effects; added: classes of those that were added.
     """
     for cls in added:
-        anew = grown(_without(final, cls.key), cls)
+        anew = grown(without_effects(final, [cls.key]), cls)
         final = anew if anew.held_out_rms < (1 - LEAST_FALL) * final.held_out_rms else final
     return final
-
-
-def _without(final: Fit, key: str) -> Fit:
-    """Return the fit of the model without one effect, everything else fitted again."""
-    kept = [e for e in final.model.effects if e.key != key]
-    free = {e.key: final.free[e.key] for e in kept}
-    strength = {k: v for k, v in final.strength.items() if k != key}
-    return fit_model(final.model.with_effects(*kept), final.data, noise=final.noise.stated, terms=Terms(free, strength))

@@ -64,7 +64,7 @@ def forward(state: SearchState, named: bool = True, most: int = MOST_CURVES) -> 
         ranked = state.ranked if named else []
         best = next((c for c in ranked if c.name not in refused and convincing(c)), None)
         least = 0.0 if best is None else best.evidence
-        curves = state.ranked_curves(least) if most else []
+        curves = state.ranked_curves(least) if most else ()
         curve = next((c for c in curves if c.name not in refused), None)
         if curve is not None and curve.evidence > least:
             if len(state.curves) == most:

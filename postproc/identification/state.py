@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, reduce
 from typing import Any
@@ -92,8 +92,8 @@ class SearchState:
         """All curves, tried on the residual of the fit."""
         return CurveScreen(self.fit.problem, self.fit.linear, self.forms)
 
-    def ranked_curves(self, least: float = 0.0) -> list[Candidate]:
-        """Return the curves with positive evidence, strongest first.
+    def ranked_curves(self, least: float = 0.0) -> Iterator[Candidate]:
+        """Yield the curves with positive evidence, strongest first.
 
         Where the noise is not known, they explain the share `LEAST_SHARE` of the residual, unless poses were measured
         one by one and the curve depends on temperature, time, session or row alone.
@@ -104,14 +104,11 @@ class SearchState:
         known, poses = self.fit.noise.sigma is not None, not is_record(self.fit.data.state)
         nu, square = self.fit.linear.freedom, self.fit.linear.square
         if known and least > nu * np.log(square / max(nu - 3 * np.sqrt(2 * nu), 1.0)) - UNNAMED_LOG_PRIOR:
-            return []  # what leaves no more than the noise is worth less
-        site, ranked = self.fit.problem.site, []
+            return  # what leaves no more than the noise is worth less
         for curve in self.curve_screen.suspects(least):
             slow = poses and {*SLOW, "row"}.issuperset(curve.channels)
             if curve.evidence > 0 and (known or slow or curve.fall > LEAST_SHARE * square):
-                effect = curve_of(curve.terms, site)
-                ranked.append(Candidate.of_curve(curve, effect))
-        return ranked
+                yield Candidate.of_curve(curve, curve_of(curve.terms, self.fit.problem.site))
 
     def with_curves(self, curves: tuple[Candidate, ...]) -> SearchState:
         """Return the state with other curves in the model, and everything fitted again.

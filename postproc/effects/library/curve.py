@@ -20,36 +20,13 @@ from postproc.effects.base import Displacement, JointBasis, Load, param, structu
 from postproc.effects.bases import BASES, GATES, law_of, split_name, symbols
 from postproc.effects.files import FieldProblem
 from postproc.effects.geometry import weight
+from postproc.effects.places import LEANS, LOADED, PLACES
 from postproc.effects.roles import Role
 from postproc.effects.sums import SumOfTerms
 
 WORDS = {"shift_m": "shift", "turn_rad": "turn", "share": "scale", "mass_kg": "mass", "moment_kgm": "first moment"}
 TIMES = " * "
 """Between the channels of a product, and between their functions."""
-SHIFT, TURN = (("shift_m", 3),), (("turn_rad", 3),)
-WEIGHT = (("mass_kg", 1), ("moment_kgm", 3))
-PLACES: Mapping[str, tuple[tuple[str, int], ...]] = {
-    **{f"joint {j}": (("turn_rad", 1),) for j in range(1, 7)},
-    "base": TURN,
-    "base, shifted and turned": SHIFT + TURN,
-    "base, as it leans": (("turn_rad", 1), ("shift_m", 1)),
-    **{f"body {b}": TURN for b in range(1, 6)},
-    **{f"body {b}, shifted": SHIFT for b in range(1, 6)},
-    "tool": SHIFT,
-    "tool, shifted and turned": SHIFT + TURN,
-    "instrument": SHIFT,
-    "instrument, turned": TURN,
-    "instrument, shifted and turned": SHIFT + TURN,
-    **{f"instrument, {reading}": (("turn_rad", 1),) for reading in ("azimuth", "elevation")},
-    "instrument, distance": (("shift_m", 1),),
-    "instrument, scale": (("share", 1),),
-    "body 2, under a weight": WEIGHT,
-    "body 3, under a weight": WEIGHT,
-    "tool, under a weight": WEIGHT,
-}
-"""Places, and the amplitudes that a term there has: how many of each parameter, in the order of a place's axes."""
-LOADED = {"body 2, under a weight": 2, "body 3, under a weight": 3, "tool, under a weight": 6}
-"""Places that carry a weight, and the body that it rides on."""
 
 
 @dataclass(frozen=True)
@@ -146,7 +123,7 @@ class ChannelCurve(SumOfTerms, unlikely=float("inf"), role=Role.CURVE, key="curv
         channels = [c for t in self.terms for c, *_ in t.factors]
         read = dict.fromkeys(name for c in channels for name in (*c.ordered, *c.reads))
         for t in self.terms:
-            read |= dict.fromkeys(("load", "pose", "robot")) if t.place == "base, as it leans" else {}
+            read |= dict.fromkeys(("load", "pose", "robot")) if t.place == LEANS else {}
             read |= dict.fromkeys(("pose", "robot")) if t.place in LOADED or t.place[12:] in READINGS else {}
         return tuple(read) or ("q",)
 
@@ -170,7 +147,7 @@ class ChannelCurve(SumOfTerms, unlikely=float("inf"), role=Role.CURVE, key="curv
             elif how in READINGS:
                 moved = moved_by_reading(seen_point(state, self.site), how)
                 add(part, slice(3), (f * next(iter(amplitude.values()))[0])[:, None] * moved)
-            elif how == "as it leans":
+            elif t.place == LEANS:
                 turn, shift = np.moveaxis(leaning(_moment(state)), 2, 0)
                 add(part, slice(3, 6), (f * amplitude["turn_rad"][0])[:, None] * turn)
                 add(part, slice(3), (f * amplitude["shift_m"][0])[:, None] * shift)

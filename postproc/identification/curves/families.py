@@ -15,6 +15,7 @@ from postproc.channels.sight import Site
 from postproc.channels.state import State
 from postproc.channels.units import recorded, shown
 from postproc.diagnostics import joined
+from postproc.effects.places import LEANS, LOADED
 from postproc.identification.curves.form import (
     Block,
     CurveForm,
@@ -50,10 +51,10 @@ from postproc.identification.curves.functions import (
     waves,
 )
 from postproc.identification.curves.instrument import around, readings
-from postproc.identification.curves.memory import lags, memories
-from postproc.identification.curves.prior import APART, LOADED, UNNAMED_LOG_PRIOR, odds, sort_of_place
+from postproc.identification.curves.memory import creeps, lags, memories
+from postproc.identification.curves.prior import APART, UNNAMED_LOG_PRIOR, odds, sort_of_place
 from postproc.identification.curves.signal import TABLE, Signal, added, channel_signal
-from postproc.identification.curves.tool import LEANS, overturning, pulls
+from postproc.identification.curves.tool import overturning, pulls
 from postproc.measure.read.own import MOST_LEVELS
 
 SWAYED = ("q", "dir", "payload", "x", "y", "z")
@@ -239,7 +240,7 @@ def curve_forms(state: State, site: Site, seen: bool = True) -> CurveForms:
         blocks.append(block(SQUARE, away))
     if "time" in signals or number:
         blocks += memories(signals, state.session)
-    blocks += [*lags(signals), *pulls(state, site), *around(state, site)]
+    blocks += [*lags(signals), *creeps(signals), *pulls(state, site), *around(state, site)]
     blocks += readings(state, site, others) if seen else ()
     leaning, wide = overturning(state, others)
     wide = [*wide, *(p for s in every if s.column for p in each_level(s))]

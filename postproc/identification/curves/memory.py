@@ -68,6 +68,19 @@ def lags(signals: Mapping[str, Signal]) -> Iterator[Block]:
         yield block(curve, replace(signal, unit="time"), [(share * np.ptp(time),) for share in LAGS])
 
 
+def creeps(signals: Mapping[str, Signal]) -> Iterator[Block]:
+    """Yield patterns of joints' loads that are followed late, from zero on, with some time constants; ``time`` is needed.
+
+    Args:
+        signals: of all channels, by name.
+    """
+    for signal in (s for name, s in signals.items() if name.startswith("load")) if "time" in signals else ():
+        time, sentence = signals["time"].values, f"creeping after {signal.leading} with a time constant of {{n0}}"
+        derived = ("creep", "s", lambda x, constant, time=time: lag(x, time, constant, settled=False))
+        curve = SignalFunction("line", sentence, "creep", ("reach",), derived=derived)
+        yield block(curve, replace(signal, unit="time"), [(share * np.ptp(time),) for share in LAGS])
+
+
 def _delayed(time: Array, x: Array, constant: float | Array) -> Array:
     """Return the first-order lag of a signal, (n,) or (P, n) for time constants (P, 1)."""
     return lag(x, time, constant)

@@ -12,14 +12,14 @@ from postproc.channels.sight import Site
 from postproc.channels.state import State
 from postproc.channels.tool import FORCES, force_on_tool
 from postproc.channels.units import varies
+from postproc.effects.places import LEANS
 from postproc.identification.curves.form import Block, CurveForm, block, product_of, side_by_side
 from postproc.identification.curves.functions import LEVELLING, ORIGIN, ROOT, SQUARE, breaks, fixed, line, of_signal
 from postproc.identification.curves.signal import Signal
 
 MOMENT = ("load2", "q1", "x", "y")
 """Channels that the overturning moment follows."""
-LEANING, LEANS = "the overturning moment", "base, as it leans"
-"""Its name, and the place that it turns and shifts."""
+LEANING = "the overturning moment"
 WAYS = 4
 """Horizontal axes about which the footing is asked, half a turn apart in all."""
 FELT = {

@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
+from postproc.effects.places import SEATED
 from postproc.estimation.evidence import schwarz
 from postproc.estimation.linear import Linear
 from postproc.estimation.problem import Problem
 from postproc.identification.curves.families import CurveForms
 from postproc.identification.curves.form import CurveForm, times_form
 from postproc.identification.curves.functions import FINE, sharper
-from postproc.identification.curves.prior import SEATED, UNNAMED_LOG_PRIOR, off_everywhere
+from postproc.identification.curves.prior import UNNAMED_LOG_PRIOR, off_everywhere
 from postproc.identification.screen.place import Place, excess_over_noise, taken_off, with_and_without_a_row
 from postproc.identification.screen.suspects import Suspect, places
 

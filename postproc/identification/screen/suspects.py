@@ -10,17 +10,14 @@ from typing import Any
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.channels.sight import READINGS, moved_by_reading
-from postproc.channels.tool import leaning, overturning_moment
+from postproc.effects.places import LOADED, PLACES, SEATED
 from postproc.effects.registry import effect_in_role
 from postproc.effects.roles import Role
 from postproc.estimation.linear import Linear
 from postproc.estimation.problem import Problem
 from postproc.identification.curves.form import CurveForm, times_form
-from postproc.identification.curves.prior import FRAMES, LOADED, SEATED, UNNAMED_LOG_PRIOR, off_everywhere
-from postproc.identification.curves.tool import LEANS
+from postproc.identification.curves.prior import UNNAMED_LOG_PRIOR, off_everywhere
 from postproc.identification.screen.place import excess_over_noise, taken_off
-from postproc.model.derivatives.places import BODY, INSTRUMENT, TOOL
 
 MOST_REPORTED = 5
 """Suspects that are told at most."""
@@ -130,34 +127,19 @@ def places(problem: Problem, weighed: bool = True) -> dict[str, Array]:
     Args:
         weighed: whether carried weights are places, too.
     """
-    J = problem.sensitivity.matrix
-    moves_of = {f"joint {j + 1}": J[:, :, j : j + 1] for j in range(6)}
-    moves_of["base"] = J[:, :, BODY + 3 : BODY + 6]
-    moves_of["instrument"] = J[:, :, INSTRUMENT : INSTRUMENT + 3]
-    moves_of["instrument, turned"] = J[:, :, INSTRUMENT + 3 : INSTRUMENT + 6]
-    for frame, first in zip(FRAMES, (INSTRUMENT, BODY), strict=True):
-        moves_of[frame] = J[:, :, first : first + 6]
-    lean = overturning_moment(problem.sensitivity.state)
-    if lean is not None:
-        turn, shift = np.moveaxis(leaning(lean), 2, 0)
-        parts = (J[:, :, BODY + 3 : BODY + 6] @ turn[:, :, None], J[:, :, BODY : BODY + 3] @ shift[:, :, None])
-        moves_of[LEANS] = np.concatenate(parts, axis=2)
-    moves_of["tool"] = J[:, :, TOOL : TOOL + 3]
-    if J.shape[1] > 3:
-        moves_of[SEATED] = J[:, :, TOOL : TOOL + 6]
-    seen = problem.rest.T_instrument_tcp[:, :3, 3]
-    for reading in READINGS:
-        moves = moved_by_reading(seen, reading)
-        moves_of[f"instrument, {reading}"] = np.pad(moves, ((0, 0), (0, J.shape[1] - 3)))[:, :, None]
     # A compliance that a missing load has pushed towards zero would hide it.
     springs = replace(problem.sensitivity, springs=problem.softer.springs)
-    for name, b in LOADED.items() if weighed else ():
-        weight = effect_in_role(Role.CARRIED_MASS).null(body=(b,))
-        moves_of[name] = springs.by_parameter(weight, weight.amplitudes())
-    for b in range(1, 6):
-        moves_of[f"body {b}"] = J[:, :, BODY + 6 * b + 3 : BODY + 6 * b + 6]
-        moves_of[f"body {b}, shifted"] = J[:, :, BODY + 6 * b : BODY + 6 * b + 3]
-    return {name: columns for name, columns in moves_of.items() if columns.any()}
+    site = problem.site
+    orientations, cls = problem.sensitivity.matrix.shape[1] > 3, effect_in_role(Role.CURVE)
+    moves_of = {}
+    for place in PLACES:
+        if (place == SEATED and not orientations) or (place in LOADED and not weighed):
+            continue
+        constant = cls.null(place=(place,), channels=("1",), point_m=site.point, instrument_m_rad=site.instrument)
+        moves = springs.by_parameter(constant, constant.amplitudes())
+        if moves.any():
+            moves_of[place] = moves
+    return moves_of
 
 
 def by_channel(suspects: Sequence[Suspect], beside: Sequence[Suspect] = ()) -> list[Suspect]:
