@@ -30,5 +30,5 @@ PLACES: Mapping[str, tuple[tuple[str, int], ...]] = {
     **dict.fromkeys(LOADED, WEIGHT),
     **{f"body {b}{how}": move for b in range(1, 6) for how, move in (("", TURN), (", shifted", SHIFT))},
 }
-"""Amplitudes of a law at each place: how many of each parameter of `curve`, along the axes of the place. Joints turn; so
-do the base and the far ends of bodies, which also shift; the tool shifts; instruments shift, turn or read wrongly."""
+"""Amplitudes of a law at each place: how many of each parameter of `curve`, along the axes of the place. Joints turn;
+so do base and far ends of bodies, which also shift; the tool shifts; instruments shift, turn or read wrongly."""

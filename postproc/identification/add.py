@@ -21,7 +21,7 @@ from postproc.estimation.solving.rounding import misjudged
 from postproc.estimation.solving.settle import settled
 from postproc.identification.acceptance import fitted_best
 from postproc.identification.curves.families import curve_forms
-from postproc.identification.refits import refit_all, thinned
+from postproc.identification.refits import refit_all, thinned, with_channels_of
 from postproc.identification.refits import without as without_effects
 from postproc.identification.screen.candidate import Screen
 from postproc.identification.screen.composition import compose
@@ -124,7 +124,7 @@ def add_effects(
     library = effect_library()
     library.update({cls.key: cls for cls in extra_effects})
     classes = [find_effect(key, library) for key in keys]
-    data = data.in_order
+    data = with_channels_of(classes, model, data.in_order)
     model = with_earlier_fit(model, data)
     added = _added(model, data, classes, noise, watch)
     if misjudged(added.fit):
@@ -202,6 +202,7 @@ def fit_effects(
             fit that does not converge.
     """
     classes = list(classes)
+    data = with_channels_of(classes, model, data)
     fit = fit_model(model, data, [c.null() for c in classes if not c.structures()], noise=noise, watch=watch)
     for cls in classes:
         if cls.structures():

@@ -16,7 +16,7 @@ from postproc.estimation.solving.rounding import misjudged
 from postproc.identification.curves.families import curve_forms
 from postproc.identification.diagnosis import Diagnosis, Verdict, too_few
 from postproc.identification.lack_of_fit import lacks_fit
-from postproc.identification.refits import refit_all, thinned, without
+from postproc.identification.refits import refit_all, thinned, with_channels_of, without
 from postproc.identification.screen.candidate import Candidate
 from postproc.identification.screen.suspects import Suspect, by_channel
 from postproc.identification.search import search, with_curves_anew
@@ -48,7 +48,7 @@ def diagnose(
     """
     library = effect_library()
     library.update({cls.key: cls for cls in extra_effects})
-    data = data.in_order
+    data = with_channels_of(library.values(), model, data.in_order)
     diagnosis = _diagnosed(model, data, library, noise, watch)
     if misjudged(diagnosis.final):
         return _diagnosed(model, replace(data, rounded=not diagnosis.final.data.rounded), library, noise, watch)

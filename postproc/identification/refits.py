@@ -7,10 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from postproc.effects.base import Effect
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.solving.determined import slope
 from postproc.estimation.solving.solve import SETTLED, Terms, advance
+from postproc.measure.measurements import Measurements
+from postproc.model.arm import Model
+from postproc.model.ordered import with_ordered_channels
 
 MOST_NUMBERS_SEARCHED = 2000
 """Measured numbers that a search takes at most: beyond it every second, third .. pose."""
@@ -39,6 +43,11 @@ def refit_all(base: Fit, fitted: Fit, added: Iterable[str], closely: float = SET
     known = frozenset(base.parameters + fitted.parameters)
     terms = Terms(free, strength, closely=closely, determined=known)
     return fit_model(base.model.with_effects(*start.values()), base.data, noise=base.noise.stated, terms=terms)
+
+
+def with_channels_of(classes: Iterable[type[Effect]], model: Model, data: Measurements) -> Measurements:
+    """Return measurements with the channels of the rows' order that some classes of effects read filled in."""
+    return replace(data, state=with_ordered_channels(model, data.state, [cls.null() for cls in classes]))
 
 
 def thinned(base: Fit) -> Fit:

@@ -69,7 +69,7 @@ def lags(signals: Mapping[str, Signal]) -> Iterator[Block]:
 
 
 def creeps(signals: Mapping[str, Signal]) -> Iterator[Block]:
-    """Yield patterns of joints' loads that are followed late, from zero on, with some time constants; ``time`` is needed.
+    """Yield patterns that follow a joint's load late, from zero on; none without ``time``.
 
     Args:
         signals: of all channels, by name.
