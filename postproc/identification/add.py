@@ -245,7 +245,7 @@ def with_curve(fit: Fit) -> Fit:
     """
     state = fit.problem.sensitivity.state
     searched = with_curves_anew(SearchState(fit, fit, {}, curve_forms(state, fit.problem.site)))
-    if not searched.curves:
+    if not searched.curves and fit.model.in_role(Role.CURVE) is None:
         message = "no curve is added: nothing that remains follows a channel"
         raise PostprocError.of("DAT028", message, fit.data.source, help="see what `diagnose` says", exit_code=1)
     return searched.fit

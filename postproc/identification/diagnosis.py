@@ -84,6 +84,11 @@ def suspect_size(fit: Fit, suspect: Suspect) -> Array:
     return np.asarray(np.linalg.lstsq(columns, fit.linear.rest, rcond=None)[0])
 
 
+def law_of_suspect(fit: Fit, suspect: Suspect) -> list[str]:
+    """Return a suspect's law in symbols, with the sizes that best fit the residual."""
+    return list(suspect.effect(fit.problem.site, suspect_size(fit, suspect)).symbols())
+
+
 def too_few(fit: Fit) -> bool:
     """Return whether there are fewer than three measured numbers per parameter: a fit then hides what is missing."""
     return fit.freedom < 2 * len(fit.parameters)

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property, reduce
-from typing import Any
+from functools import cached_property
 
 import numpy as np
 
 from postproc.channels.expression import in_order
-from postproc.channels.sight import Site
 from postproc.effects.base import Effect
-from postproc.effects.registry import effect_in_role
 from postproc.effects.roles import Role
 from postproc.estimation.evidence import schwarz
 from postproc.estimation.fitted import Fit
@@ -25,6 +22,7 @@ from postproc.identification.curves.prior import UNNAMED_LOG_PRIOR
 from postproc.identification.refits import refit_all
 from postproc.identification.screen.candidate import Candidate, FormCache, Screen
 from postproc.identification.screen.curves import CurveScreen
+from postproc.identification.screen.suspects import joined
 from postproc.measure.trajectory import is_record
 
 LEAST_SHARE = 0.15
@@ -108,7 +106,7 @@ class SearchState:
         for curve in self.curve_screen.suspects(least):
             slow = poses and {*SLOW, "row"}.issuperset(curve.channels)
             if curve.evidence > 0 and (known or slow or curve.fall > LEAST_SHARE * square):
-                yield Candidate.of_curve(curve, curve_of(curve.terms, self.fit.problem.site))
+                yield Candidate.of_curve(curve, curve.effect(self.fit.problem.site))
 
     def with_curves(self, curves: tuple[Candidate, ...]) -> SearchState:
         """Return the state with other curves in the model, and everything fitted again.
@@ -173,22 +171,6 @@ class SearchState:
         curves = [c.key for c in self.curves[:1]]
         fit = refit_all(self.base, self.fit, [*(m.key for m in others), *curves])
         return replace(self, fit=fit, missing=others, bare=None)
-
-
-def curve_of(terms: Sequence[Mapping[str, Any]], site: Site) -> Effect:
-    """Return the effect `curve` with some terms, its amplitudes at null.
-
-    Args:
-        terms: fields of the effect, for one term each; site: where the measured point and the instrument are.
-    """
-    cls: Any = effect_in_role(Role.CURVE)
-    [effect] = joined([cls(**term, point_m=site.point, instrument_m_rad=site.instrument) for term in terms])
-    return effect
-
-
-def joined(curves: Sequence[Effect]) -> list[Effect]:
-    """Return the terms of several curves as one effect, in a list; an empty list of none."""
-    return [reduce(lambda first, other: first.plus(other), curves)] if curves else []  # type: ignore[attr-defined]
 
 
 def _square_after(before: Fit, after: Fit) -> float:

@@ -49,6 +49,11 @@ def fit_document(name: str, fit: Fit) -> Document:
     )
 
 
+def laws_in_symbols(fit: Fit) -> list[str]:
+    """Return sentences with the laws of a model that have no name, in symbols."""
+    return [f"`{e.key}`: {'; '.join(law)}" for e in fit.model.effects if (law := list(e.symbols()))]
+
+
 def known_of(fit: Fit) -> list[str]:
     """Return sentences on undetermined parameters, rows left out, and what to know before relying on the fit."""
     words = (f"{d.message[0].upper()}{d.message[1:]}; {d.help}." for d in cautions(fit))

@@ -17,7 +17,7 @@ from postproc.channels.tool import leaning, overturning_moment
 from postproc.channels.units import unit_of
 from postproc.diagnostics import did_you_mean
 from postproc.effects.base import Displacement, JointBasis, Load, param, structure
-from postproc.effects.bases import BASES, GATES, law_of, split_name, symbols
+from postproc.effects.bases import BASES, GATES, TIMES, law_of, split_name, symbols
 from postproc.effects.files import FieldProblem
 from postproc.effects.geometry import weight
 from postproc.effects.places import LEANS, LOADED, PLACES
@@ -25,8 +25,6 @@ from postproc.effects.roles import Role
 from postproc.effects.sums import SumOfTerms
 
 WORDS = {"shift_m": "shift", "turn_rad": "turn", "share": "scale", "mass_kg": "mass", "moment_kgm": "first moment"}
-TIMES = " * "
-"""Between the channels of a product, and between their functions."""
 
 
 @dataclass(frozen=True)

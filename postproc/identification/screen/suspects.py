@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import Any
 
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.channels.sight import Site
+from postproc.effects.base import Effect
+from postproc.effects.bases import TIMES
 from postproc.effects.places import LOADED, PLACES, SEATED
 from postproc.effects.registry import effect_in_role
 from postproc.effects.roles import Role
@@ -56,23 +59,36 @@ class Suspect:
         """(n,) value of the pattern in every row, or (n, k) for k parts with a size each."""
         return self.form.values
 
-    @property
-    def terms(self) -> list[dict[str, Any]]:
-        """The fields of `curve`, one dictionary for each of its terms."""
+    def effect(self, site: Site, sizes: Array | None = None) -> Effect:
+        """Return the effect `curve` that moves the place so.
+
+        Args:
+            site: where the measured point and the instrument are; sizes: (m,) its amplitudes in the order of
+                `columns`; null without them.
+        """
+        cls: Any = effect_in_role(Role.CURVE)
         largest = float(np.abs(self.form.raw).max()) or 1.0
         every = [(factors, gaps, largest) for factors, gaps in self.form.factors_of_terms]
         every += [([("1", "line", (0.0,))], (0.0,), 1.0)] if off_everywhere(self.where) else []
-        return [
-            {
-                "place": (self.where,),
-                "channels": (" * ".join(name for name, *_ in factors),),
-                "basis": (" * ".join(basis for _, basis, _ in factors),),
-                "numbers": tuple(x for *_, numbers in factors for x in numbers),
-                "gap": gaps,
-                "largest": (size,),
-            }
+        terms = [
+            cls(
+                place=(self.where,),
+                channels=(TIMES.join(name for name, *_ in factors),),
+                basis=(TIMES.join(basis for _, basis, _ in factors),),
+                numbers=tuple(x for *_, numbers in factors for x in numbers),
+                gap=gaps,
+                largest=(size,),
+                point_m=site.point,
+                instrument_m_rad=site.instrument,
+            )
             for factors, gaps, size in every
         ]
+        if sizes is not None:
+            moves, parts = self.place.shape[2], len(self.form.factors_of_terms)
+            by_term = [*sizes[: moves * parts].reshape(moves, parts).T, sizes[moves * parts :]]
+            terms = [term.with_vector(x) for term, x in zip(terms, by_term, strict=False)]
+        [effect] = joined(terms)
+        return effect
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -115,6 +131,11 @@ class Suspect:
             excess: the excess of the whitened sum of squares over the noise, of which the share is taken.
         """
         return [replace(self, channel=c, share=min(1.0, self.fall / excess)) for c in self.channels]
+
+
+def joined(curves: Sequence[Effect]) -> list[Effect]:
+    """Return the terms of several curves as one effect, in a list; an empty list of none."""
+    return [reduce(lambda first, other: first.plus(other), curves)] if curves else []  # type: ignore[attr-defined]
 
 
 def places(problem: Problem, weighed: bool = True) -> dict[str, Array]:
