@@ -56,7 +56,16 @@ class _ReadsByTerm:
         return ("q",) if curve is None else curve.channels_read
 
 
-class ChannelCurve(SumOfTerms, unlikely=float("inf"), role=Role.CURVE, key="curve"):
+class ChannelCurve(
+    SumOfTerms,
+    key="curve",
+    role=Role.CURVE,
+    unlikely=float("inf"),
+    confused_with={
+        "joint_error_map": "a fine sweep of one joint: a curve has one shape over its angle, a map any",
+        "frame_drift": "reference poses at the start and the end of each session",
+    },
+):
     """A place moves with a function of one or two channels that no effect of the library explains.
 
     Equation: xi = sum_k c_k f_k / s_k, with f_k a product of functions of channels (`effects.bases`), s_k the value of
