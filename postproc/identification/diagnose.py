@@ -12,7 +12,7 @@ from postproc.effects.registry import effect_library
 from postproc.estimation.findings import data_findings
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
-from postproc.estimation.solving.rounding import misjudged
+from postproc.estimation.solving.rounding import with_judged_rounding
 from postproc.identification.candidates.candidate import Candidate
 from postproc.identification.diagnosis import Diagnosis, Verdict, too_few
 from postproc.identification.forward import search, with_patterns
@@ -48,11 +48,9 @@ def diagnose(
     """
     library = effect_library()
     library.update({cls.key: cls for cls in extra_effects})
-    data = data.in_order
-    found = _diagnosed(model, data, library, noise, watch)
-    if misjudged(found.final):
-        return _diagnosed(model, replace(data, rounded=not found.final.data.rounded), library, noise, watch)
-    return found
+    return with_judged_rounding(
+        lambda rows: _diagnosed(model, rows, library, noise, watch), data.in_order, lambda diagnosis: diagnosis.final
+    )
 
 
 def _diagnosed(

@@ -141,7 +141,7 @@ def _instead(state: SearchState, bare: SearchState, one: Candidate, mine: Candid
     """
     effect = state.fit.model.effect(one.key)
     empty = with_patterns(bare, len(state.outside)) if state.outside else bare
-    if mine is None or (state.outside and empty.fit.set_aside == state.fit.set_aside):
+    if mine is None or (state.outside and empty.fit.excluded == state.fit.excluded):
         yield empty
     if len(state.missing) + len(state.outside) > 1:
         if mine is not None and mine.label != one.label and mine.effect.roughness() is None:

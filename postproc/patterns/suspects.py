@@ -144,7 +144,7 @@ def places(problem: Problem, weighed: bool = True) -> dict[str, Array]:
     found["tool"] = J[:, :, TOOL : TOOL + 3]
     if J.shape[1] > 3:
         found[SEATED] = J[:, :, TOOL : TOOL + 6]
-    seen = problem.rest.T_instrument_tcp[:, :3, 3]
+    seen = problem.equilibrium.T_instrument_tcp[:, :3, 3]
     for reading in READINGS:
         moves = moved_by_reading(seen, reading)
         found[f"instrument, {reading}"] = np.pad(moves, ((0, 0), (0, J.shape[1] - 3)))[:, :, None]

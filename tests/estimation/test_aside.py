@@ -54,7 +54,7 @@ def test_rows_that_stand_out_are_one_finding_at_the_farthest():
 def test_typing_errors_are_findings_about_the_data():
     data, _ = cell(seed=921, poses=80, outliers=3)
     found = diagnose(base_fit(data).model, data)
-    assert len(found.final.left_out) >= 2
+    assert len(found.final.excluded_rows) >= 2
     assert (found.verdict, found.suspects) == ("complete", ())
 
 
@@ -71,7 +71,7 @@ def test_a_pattern_holds_for_fits_that_set_other_rows_aside():
     data, _ = cell(worn_tooth, seed=912, poses=80, noise=0.01)
     fit = base_fit(data)
     problem = fit.problem
-    state, position = problem.sensitivity.state, problem.rest.T_base_tcp[:, :3, 3]
+    state, position = problem.sensitivity.state, problem.equilibrium.T_base_tcp[:, :3, 3]
     suspect = PatternScreen(problem, fit.linear, patterns(channels(state, position), state, position)).suspects()[0]
     fewer = problem.weights.values.copy()
     fewer[5] = 0.0

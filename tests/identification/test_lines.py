@@ -86,7 +86,7 @@ def test_a_line_that_a_pattern_leaves_nothing_to_tell_goes():
     told = [Candidate(wave.key, wave, fit.free[wave.key], "", 1.0, 1.0, 4, paid, 1.0, 0.0)]
     place = fit.problem.sensitivity.matrix[:, :, 2:3]
     jump = Suspect("joint 3", place, law("q3", 1.0 * (data.state.q[:, 2] > 0.1)), 1.0, 1.0, tried, "q3")
-    state, position = fit.problem.sensitivity.state, fit.problem.rest.T_base_tcp[:, :3, 3]
+    state, position = fit.problem.sensitivity.state, fit.problem.equilibrium.T_base_tcp[:, :3, 3]
     every = patterns({"q3": state.q[:, 2]}, state, position)
     search = SearchState(base, fit, effect_library(), every, tuple(told)).beside((jump,))
     anew = backward(search)

@@ -67,7 +67,7 @@ def test_a_name_takes_the_place_of_a_pattern_that_was_taken_before_it():
     """Beside others a temperature may look like something without a name; once they are in, it is the joint's drift."""
     data, _ = cell(kinds.thermal_joint_drift, seed=31, poses=60)
     base = base_fit(data)
-    state, position = base.problem.sensitivity.state, base.problem.rest.T_base_tcp[:, :3, 3]
+    state, position = base.problem.sensitivity.state, base.problem.equilibrium.T_base_tcp[:, :3, 3]
     every = patterns(channels(state, position), state, position)
     begin = SearchState(base, base, {"thermal_joint_drift": effect_library()["thermal_joint_drift"]}, every)
     early = begin.beside(tuple(begin.patterns_left()[:1]))

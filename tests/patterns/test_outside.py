@@ -104,7 +104,7 @@ def loaded_ripple(g, arm) -> Hidden:
 def test_a_law_is_told_at_its_own_joint_where_the_casting_beside_it_looks_better_at_first(seed):
     data, _ = cell(loaded_ripple, seed=seed, noise=0.03, poses=90)
     fit = base_fit(data)
-    state, position = fit.problem.sensitivity.state, fit.problem.rest.T_base_tcp[:, :3, 3]
+    state, position = fit.problem.sensitivity.state, fit.problem.equilibrium.T_base_tcp[:, :3, 3]
     first = PatternScreen(fit.problem, fit.linear, patterns(channels(state, position), state, position)).suspects()[0]
     assert (first.where, set(first.channels)) == ("joint 3", {"q3", "load3"}) and first.share > 0.99
 

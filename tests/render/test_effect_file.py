@@ -217,7 +217,7 @@ def test_a_drafted_effect_brings_the_error_down_to_the_noise(
 def test_a_footing_that_leans_is_drafted_about_its_own_place(tmp_path: Path) -> None:
     data, true = cell(sprung_cart, seed=407, poses=60)
     fit = base_fit(data)
-    state, position = fit.problem.sensitivity.state, fit.problem.rest.T_base_tcp[:, :3, 3]
+    state, position = fit.problem.sensitivity.state, fit.problem.equilibrium.T_base_tcp[:, :3, 3]
     first = PatternScreen(fit.problem, fit.linear, patterns(channels(state, position), state, position)).suspects()[0]
     assert first.where == "base, as it leans"
     found = SimpleNamespace(suspects=(first,), beside=(), searched=fit)

@@ -216,6 +216,6 @@ def _size(fit: Fit, columns: Array) -> Array:
     """Return (p,) amplitudes, in ordinary sizes, that the data suggests for columns (N, p), of norm 1 at least."""
     linear = fit.linear
     projected = linear.project(columns)
-    x = np.linalg.solve(columns.T @ projected + np.eye(columns.shape[1]), columns.T @ linear.rest)
+    x = np.linalg.solve(columns.T @ projected + np.eye(columns.shape[1]), columns.T @ linear.projected_residual)
     size = float(np.linalg.norm(x))
     return np.asarray(x / size * max(size, 1.0) if size > 1e-6 else np.ones(len(x)) / np.sqrt(len(x)))
