@@ -46,7 +46,7 @@ def with_amplitudes(problem: Problem, linear: Linear, candidate: Candidate) -> E
     s2 = max(linear.square - candidate.fall, 1e-12) / max(linear.freedom - candidate.count, 1)
     weak = s2 / (WIDE * DECADES[-1]) ** 2 * np.eye(columns.shape[1])
     x = candidate.effect.vector().copy()
-    x[mask] += size * np.linalg.solve(columns.T @ linear.project(columns) + weak, columns.T @ linear.rest)
+    x[mask] += size * np.linalg.solve(columns.T @ linear.project(columns) + weak, columns.T @ linear.projected_residual)
     low, high = candidate.effect.bounds()
     return candidate.effect.with_vector(np.clip(x, low, high))
 

@@ -14,10 +14,9 @@ from postproc.effects.registry import effect_library, find_effect
 from postproc.effects.roles import Role
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
-from postproc.estimation.nominal import no_farther_than_nominal
 from postproc.estimation.priors import with_earlier_fit
-from postproc.estimation.recorded import recorded_model
-from postproc.estimation.solving.rounding import misjudged
+from postproc.estimation.recorded import no_farther_than_nominal, recorded_model
+from postproc.estimation.solving.rounding import with_judged_rounding
 from postproc.estimation.solving.settle import settled
 from postproc.identification.acceptance import fitted_best
 from postproc.identification.curves.families import curve_forms
@@ -126,10 +125,9 @@ def add_effects(
     classes = [find_effect(key, library) for key in keys]
     data = with_channels_of(classes, model, data.in_order)
     model = with_earlier_fit(model, data)
-    added = _added(model, data, classes, noise, watch)
-    if misjudged(added.fit):
-        return _added(model, replace(data, rounded=not added.fit.data.rounded), classes, noise, watch)
-    return added
+    return with_judged_rounding(
+        lambda rows: _added(model, rows, classes, noise, watch), data, lambda addition: addition.fit
+    )
 
 
 def _added(

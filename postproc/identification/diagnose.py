@@ -12,7 +12,7 @@ from postproc.effects.registry import effect_library
 from postproc.estimation.findings import data_findings
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
-from postproc.estimation.solving.rounding import misjudged
+from postproc.estimation.solving.rounding import with_judged_rounding
 from postproc.identification.curves.families import curve_forms
 from postproc.identification.diagnosis import Diagnosis, Verdict, too_few
 from postproc.identification.lack_of_fit import lacks_fit
@@ -49,10 +49,9 @@ def diagnose(
     library = effect_library()
     library.update({cls.key: cls for cls in extra_effects})
     data = with_channels_of(library.values(), model, data.in_order)
-    diagnosis = _diagnosed(model, data, library, noise, watch)
-    if misjudged(diagnosis.final):
-        return _diagnosed(model, replace(data, rounded=not diagnosis.final.data.rounded), library, noise, watch)
-    return diagnosis
+    return with_judged_rounding(
+        lambda rows: _diagnosed(model, rows, library, noise, watch), data, lambda diagnosis: diagnosis.final
+    )
 
 
 def _diagnosed(

@@ -76,7 +76,7 @@ def _hidden(candidate: Candidate, before: Fit, after: Fit, relaxed: Linear) -> b
     seen = value > DIM * np.max(value, initial=0.0)
     unit = vector[:, seen] / np.sqrt(value[seen])
     remaining, turn = np.linalg.eigh(unit.T @ (further.T @ relaxed.project(further)) @ unit)
-    explained = (turn.T @ unit.T @ (alone.T @ before.linear.rest)) ** 2
+    explained = (turn.T @ unit.T @ (alone.T @ before.linear.projected_residual)) ** 2
     # What is no more than noise says nothing: many such directions are not one effect that hides.
     hidden = (explained > TELLING_SQUARE * after.variance) & (explained * remaining < TELLING_SQUARE * after.variance)
     return bool(explained[hidden].sum() > 0.5 * explained.sum())

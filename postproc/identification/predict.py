@@ -112,7 +112,7 @@ def _place(model: Model, seen: Measurements) -> Fit:
         raise PostprocError.of("DAT035", message, seen.source, help=help_)
     bare = model.with_effects(*(e for e in model.effects if e.role is not Role.INSTRUMENT_FRAME))
     placed = evaluate(bare, replace(seen, rotation=None, joint=None))
-    if any(key == "instrument_frame" for key, _ in placed.held):
+    if any(key == "instrument_frame" for key, _ in placed.unidentifiable):
         message = f"the {len(seen)} measured positions stand in line: they do not place the instrument"
         raise PostprocError.of("DAT035", message, seen.source, help="measure poses far from each other, not in line")
     return placed
@@ -120,7 +120,7 @@ def _place(model: Model, seen: Measurements) -> Fit:
 
 def _placed_finding(placed: Fit) -> Diagnostic:
     """Return DAT035, which says how many rows placed the instrument and how well."""
-    rows = len(placed.data) - len(placed.set_aside)
+    rows = len(placed.data) - len(placed.excluded)
     message = f"{rows} measured rows place the instrument anew; they are off by {1e3 * placed.rms:.3f} mm per axis then"
     return Diagnostic("DAT035", "info", message, placed.data.source)
 

@@ -52,11 +52,10 @@ def with_channels_of(classes: Iterable[type[Effect]], model: Model, data: Measur
 
 def thinned(base: Fit) -> Fit:
     """Return the base fitted to every k-th pose, at most about `MOST_NUMBERS_SEARCHED` measured numbers."""
-    step = -(-int(base.problem.weights.used.sum()) // MOST_NUMBERS_SEARCHED)
-    if step < 2:
+    kept = base.problem.subsample(MOST_NUMBERS_SEARCHED)
+    if kept.all():
         return base
-    kept = base.data.one_in(step)
-    kept[list(base.set_aside)] = False
+    kept[list(base.excluded)] = False
     return fit_model(base.model, base.data.rows(kept), noise=base.noise.stated, terms=Terms(base.free, base.strength))
 
 
@@ -75,9 +74,17 @@ def without(fit: Fit, keys: Iterable[str]) -> Fit:
     problem = fit.problem.at([e for e in fit.model.effects if e.key not in gone])
     at = slope(problem, free, set(), fit.strength)
     for _ in range(STEPS):
-        aim = at.foretold(problem, at.step(problem)[0])
+        aim = at.predicted_cost(problem, at.step(problem)[0])
         further, fallen, *_ = advance(problem, at, 0.0, 0.0, 10)
         if further is problem or at.cost(problem) - fallen < (1 + MISSED) * aim:
             break
         problem, at = further, slope(further, free, set(), fit.strength)
-    return replace(fit, problem=problem, free=free, held=at.held, at_bound=(), columns=at.columns, penalty=at.penalty)
+    return replace(
+        fit,
+        problem=problem,
+        free=free,
+        unidentifiable=at.unidentifiable,
+        at_bound=(),
+        columns=at.columns,
+        penalty=at.penalty,
+    )

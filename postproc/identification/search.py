@@ -142,7 +142,7 @@ def _replacements(
     """
     effect = state.fit.model.effect(one.key)
     empty = with_curves_anew(without, len(state.curves)) if state.curves else without
-    if again is None or (state.curves and empty.fit.set_aside == state.fit.set_aside):
+    if again is None or (state.curves and empty.fit.excluded == state.fit.excluded):
         yield empty
     if len(state.missing) + len(state.curves) > 1:
         if again is not None and again.label != one.label and again.effect.roughness() is None:

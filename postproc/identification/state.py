@@ -14,7 +14,7 @@ from postproc.effects.roles import Role
 from postproc.estimation.evidence import schwarz
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
-from postproc.estimation.leftover import SLOW
+from postproc.estimation.residual_split import SLOW
 from postproc.estimation.solving.solve import ROUGHLY, Terms
 from postproc.identification.acceptance import ranking
 from postproc.identification.curves.families import CurveForms

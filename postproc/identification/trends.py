@@ -62,7 +62,7 @@ def joint_inverse(fit: Fit) -> Array:
 def residual_trends(fit: Fit) -> tuple[Trend, ...]:
     """Return the residual against every channel, in space and at the channel's joint, the largest share first."""
     error, named = fit.observed_error.copy(), fit.problem.channels
-    error[list(fit.set_aside)] = np.nan
+    error[list(fit.excluded)] = np.nan
     seen = np.asarray(np.isfinite(error).any(axis=0))
     good = np.asarray(np.isfinite(error[:, seen]).all(axis=1))
     if not seen.any() or good.sum() < 3 * FEWEST or fit.observed.name == "orientation":

@@ -163,13 +163,13 @@ class _Side:
     cross: Array
     total: float
 
-    def rest(self) -> Array:
+    def unexplained(self) -> Array:
         """Return (c, 3) the part of the signal at each pose of the pool that the regressors cannot explain."""
         return np.asarray(self.s - self.Z @ (self.P @ self.cross))
 
     def gain(self) -> Array:
         """Return (c,) growth of the unexplained signal by measuring each pose of the pool, e^T (I + z P z^T)^-1 e."""
-        e = self.rest()
+        e = self.unexplained()
         S = np.eye(3) + np.einsum("cip,pq,cjq->cij", self.Z, self.P, self.Z, optimize=True)
         return np.asarray(np.einsum("ci,ci->c", e, np.linalg.solve(S, e[:, :, None])[:, :, 0]))
 
@@ -216,6 +216,6 @@ def _size(fit: Fit, columns: Array) -> Array:
     """Return (p,) amplitudes, in ordinary sizes, that the data suggests for columns (N, p), of norm 1 at least."""
     linear = fit.linear
     projected = linear.project(columns)
-    x = np.linalg.solve(columns.T @ projected + np.eye(columns.shape[1]), columns.T @ linear.rest)
+    x = np.linalg.solve(columns.T @ projected + np.eye(columns.shape[1]), columns.T @ linear.projected_residual)
     size = float(np.linalg.norm(x))
     return np.asarray(x / size * max(size, 1.0) if size > 1e-6 else np.ones(len(x)) / np.sqrt(len(x)))

@@ -205,8 +205,8 @@ def _pool(fit: Fit, state: State, room: Room) -> Problem:
     )
     problem = Problem(fit.model, data, make_weights(data, fit.noise))
     up = fit.model.R_world_base[2]
-    heights = problem.rest.chain.T_base_body[:, 3:, :3, 3] @ up
-    tip = problem.rest.T_base_tcp[:, :3, 3] @ up
+    heights = problem.equilibrium.chain.T_base_body[:, 3:, :3, 3] @ up
+    tip = problem.equilibrium.T_base_tcp[:, :3, 3] @ up
     free = np.minimum(heights.min(axis=1), tip) > 0.1
     if free.sum() < 50 or room.candidates is not None:
         free = np.ones(len(state), dtype=bool)

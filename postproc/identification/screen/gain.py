@@ -70,7 +70,7 @@ def _gains(linear: Linear, stack: Stack) -> Gain:
     before, freedom, forming = linear.square, float(linear.freedom), stack.forming
     M, width = stack.gram.shape[:2]
     inside = (linear.nuisance.T @ stack.values).reshape(-1, M, width).transpose(1, 0, 2)
-    along = (stack.values.T @ linear.rest).reshape(M, width)
+    along = (stack.values.T @ linear.projected_residual).reshape(M, width)
     length = np.diagonal(stack.gram, axis1=1, axis2=2)
     G = stack.gram - inside.transpose(0, 2, 1) @ inside
     value, vector = np.linalg.eigh(G)

@@ -131,7 +131,9 @@ def refit_form(screen: Screen, linear: Linear, candidate: Candidate, least: floa
         some = list(first.values())[:enough]
         if tries == STAGES[0][0]:
             some += [other for c in some for other in _relatives(screen, c)]
-        share = min(TWICE * (1 - moved[0][1] / float(seen.linear.rest @ seen.linear.rest)), 0.999)
+        share = min(
+            TWICE * (1 - moved[0][1] / float(seen.linear.projected_residual @ seen.linear.projected_residual)), 0.999
+        )
         if -linear.freedom * np.log1p(-share) - candidate.price < least:
             return candidate
     all_poses = SubsampledProblem(screen.problem, linear, screen.stock.by_load)
@@ -171,9 +173,12 @@ def _judged(screen: Screen, linear: Linear, start: Candidate) -> Candidate:
     x, index, amplitude = effect.vector(), np.flatnonzero(start.free), effect.amplitudes()[start.free]
     low, high = effect.bounds()
     indices = index[amplitude]
-    best = np.linalg.lstsq(inside[:, amplitude], linear.rest, rcond=1e-9)[0]
+    best = np.linalg.lstsq(inside[:, amplitude], linear.projected_residual, rcond=1e-9)[0]
     x[indices] = np.clip(best, low[indices], high[indices])
-    fall = float(x[indices] @ (2 * columns.T @ linear.rest - columns.T @ inside[:, amplitude] @ x[indices])[amplitude])
+    fall = float(
+        x[indices]
+        @ (2 * columns.T @ linear.projected_residual - columns.T @ inside[:, amplitude] @ x[indices])[amplitude]
+    )
     remaining = max(linear.square - fall, 0.0)
     effect = effect.with_vector(x)
     worth = laplace(linear, remaining, columns.T @ inside, effect, screen.problem.model.robot, index) - start.price
@@ -219,7 +224,7 @@ def optimise_nonlinear(
 
     def rest(z: Array) -> Array:
         """Return the residual at z, and the weak pulls below it."""
-        return np.concatenate([seen.linear.rest - project([at(z)])[:, 0], weak * z])
+        return np.concatenate([seen.linear.projected_residual - project([at(z)])[:, 0], weak * z])
 
     def slope(z: Array) -> Array:
         """Return the derivative of `rest` at z."""
@@ -232,12 +237,12 @@ def optimise_nonlinear(
         # Where the amplitudes vanish nothing forms an effect: those that the data suggests.
         ones = begin * ~amplitude + np.diag(size)[amplitude]
         C = project([at(one) for one in ones])
-        s2 = float(seen.linear.rest @ seen.linear.rest) / max(len(C), 1)
-        a = np.linalg.solve(C.T @ C + 0.01 * s2 * np.eye(C.shape[1]), C.T @ seen.linear.rest)
+        s2 = float(seen.linear.projected_residual @ seen.linear.projected_residual) / max(len(C), 1)
+        a = np.linalg.solve(C.T @ C + 0.01 * s2 * np.eye(C.shape[1]), C.T @ seen.linear.projected_residual)
         begin[amplitude] = size[amplitude] * np.where(np.abs(a) > 0.1, a, 0.1)
     start = np.clip(begin, low + inside, high - inside)
     scale = np.where(amplitude, size, 0.5 * size)
     bounds, few = (low, high), {"ftol": closely, "xtol": closely / 30, "max_nfev": tries}
     solution = least_squares(rest, start, slope, bounds=bounds, x_scale=scale, **few)
-    residual = solution.fun[: len(seen.linear.rest)]
+    residual = solution.fun[: len(seen.linear.projected_residual)]
     return at(solution.x), float(residual @ residual)

@@ -25,8 +25,11 @@ def taken_off(linear: Linear, columns: Array) -> tuple[Array, Array]:
         linear: the fit so far; columns: (N, m) whitened; the fitted parameters are projected out of them first.
     """
     inside = linear.project(columns)
-    fitted = inside @ np.linalg.lstsq(inside, linear.rest, rcond=1e-6)[0]
-    square, after = (np.bincount(linear.row, x**2).astype(float) for x in (linear.rest, linear.rest - fitted))
+    fitted = inside @ np.linalg.lstsq(inside, linear.projected_residual, rcond=1e-6)[0]
+    square, after = (
+        np.bincount(linear.row, x**2).astype(float)
+        for x in (linear.projected_residual, linear.projected_residual - fitted)
+    )
     return square, square - after
 
 
@@ -83,9 +86,9 @@ class Place:
         self.square = np.array([both[:, i, j] for i, j in self.pairs])
         self.squared: Single = self.square.astype(np.float32)
         inside = linear.by_row(linear.nuisance, place).transpose(2, 1, 0)  # (m, k, n) with the fitted columns
-        self.linear, self.rest = linear, linear.by_row(linear.rest[:, None], place)[:, 0].T
+        self.linear, self.residual = linear, linear.by_row(linear.projected_residual[:, None], place)[:, 0].T
         # What a pattern is multiplied with, in single precision, which is twice as fast for many of them.
-        self.straight: Single = np.vstack([*inside, self.rest]).astype(np.float32)
+        self.straight: Single = np.vstack([*inside, self.residual]).astype(np.float32)
 
     def falls(self, values: Single) -> Array:
         """Return (P,) falls of the sum of squares when the place moves by each of P patterns with sizes that fit best.
