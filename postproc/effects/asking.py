@@ -32,10 +32,10 @@ def load_of(effect: Effect, state: State) -> Load:
     """Evaluate the load of an effect; empty where a channel that it reads, other than ``load``, was not recorded."""
     if any(state.channel(name) is None for name in effect.reads if name != "load" and "(" not in name):
         return Load()
-    given = effect.load(at_rest(effect.ordered_channels, state))
-    if isinstance(given, Load):
-        return Load(_array(given.joint), _bodies(given.body))
-    return Load() if given is None else given
+    result = effect.load(at_rest(effect.ordered_channels, state))
+    if isinstance(result, Load):
+        return Load(_array(result.joint), _bodies(result.body))
+    return Load() if result is None else result
 
 
 def loads_of(effects: Sequence[Effect], state: State) -> Load:
