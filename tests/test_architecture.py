@@ -84,7 +84,7 @@ FLOORS = {
     ),
     "cli": ("printing", "options", "program_options", "programs", "convert", "app"),
     "effects": ("contract", "findings", "parameters", "modules", "files", "base", "conformance", "library", "registry"),
-    "measure": ("observations", "measurements", "alignment", "clock", "trajectory", "iso9283", "read"),
+    "measure": ("observations", "measurements", "alignment", "trajectory", "read"),
     "estimation": ("errors", "problem", "linear", "solution", "leftover", "fitted", "recorded", "findings"),
     "identification": ("candidates", "state", "diagnosis", "interventions"),
     "report": ("blocks", "document", "drawing", "page"),

@@ -99,9 +99,9 @@ def _in_lines(value: Any) -> Any:
         return tomlkit.string(value, literal=True, multiline=True)
     if not isinstance(value, list) or not all(isinstance(x, str) for x in value) or sum(map(len, value)) < LONG:
         return value
-    found = tomlkit.array()
-    found.extend(value)
-    return found.multiline(True)
+    array = tomlkit.array()
+    array.extend(value)
+    return array.multiline(True)
 
 
 def _unwrapped(item: Any) -> Any:

@@ -14,7 +14,7 @@ from postproc.arrays import Array
 from postproc.diagnostics import joined
 from postproc.effects.contract import State
 from postproc.estimation.channels import shown
-from postproc.measure.read.own import MOST_LEVELS
+from postproc.measure.read.channels import MOST_LEVELS
 from postproc.patterns.curves import (
     GEAR,
     LINE,

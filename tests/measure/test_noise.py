@@ -9,7 +9,7 @@ import pytest
 
 from postproc.identification.compare import compare
 from postproc.measure.checks.repeats import estimate_noise
-from postproc.measure.iso9283 import iso9283
+from postproc.measure.errors import iso9283
 from postproc.measure.read.table import read_measurements
 from postproc.model.arm import Model
 from postproc.results.comparison import comparison_values

@@ -9,7 +9,7 @@ import pytest
 
 from postproc.cli.app import build
 from postproc.cli.run import run
-from postproc.model.from_controller import controller_model
+from postproc.model.controller import controller_model
 from postproc.robot.catalogue import load_robot
 from postproc.robot.controller import Calibration, read_calibration, read_entries
 from postproc.settings import Settings, read_arm

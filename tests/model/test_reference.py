@@ -7,10 +7,9 @@ import pytest
 
 from postproc.diagnostics import Source
 from postproc.effects.registry import effect_library
-from postproc.model.arm import Model
+from postproc.model.arm import Model, with_axes
 from postproc.model.equilibrium import predict
 from postproc.model.file import parse_model
-from postproc.model.reference import with_axes
 from postproc.model.rewrite import render_model
 from postproc.model.uncertainty import beyond_range, range_table
 from postproc.robot.cells.cell_file import restated
