@@ -9,6 +9,11 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 
+CHANCE = 1e-3
+"""Chance of a false alarm, after counting all that was tried, in whatever is said of a table or of an arm."""
+DOUBTFUL_CHANCE = 1e-2
+"""Chance below which an assumption that costs nothing to drop is dropped: that a stated noise is right."""
+
 
 def distances(error: Array) -> Array:
     """Return (n,) length of errors (n, 3) over the coordinates that were measured; NaN where none was."""
@@ -21,12 +26,6 @@ def rms(error: Array) -> float:
     """Return the root mean square of all finite numbers; 0 where there are none."""
     good = error[np.isfinite(error)]
     return float(np.sqrt(np.mean(good**2))) if len(good) else 0.0
-
-
-CHANCE = 1e-3
-"""Chance of a false alarm, after counting all that was tried, in whatever is said of a table or of an arm."""
-DOUBTFUL_CHANCE = 1e-2
-"""Chance below which an assumption that costs nothing to drop is dropped: that a stated noise is right."""
 
 
 def chance_of_excess(ratio: float, dof: float, than: float) -> float:

@@ -19,6 +19,19 @@ FEWEST_ROWS_IN_LINE = 10
 """Rows of a stretch, and of a line of times."""
 CLOCK_STEPS = 10.0 ** np.arange(0, -7, -1)
 """Decimal places [s] to which stamps may be written."""
+GAP_S = 0.25
+"""Rows farther apart in time than this do not belong to one record."""
+SMOOTH = 0.2
+"""Share of a step by which the next one may differ in the median row: poses that only follow each other jump about."""
+FASTEST_SPEED = 15.0
+"""Joint speed [rad/s] that no arm reaches: the times cannot be seconds."""
+STANDING_SPEED = 1e-3
+"""Joint speed [rad/s] below which a joint stands; it keeps the side from which it came."""
+AROUND_S = 0.04
+"""Accelerations are taken from the rows so near at least on both sides: rounded angles of 1 kHz tell none from three.
+
+Angles rounded to 0.001 deg then leave a standard deviation below 0.01 rad/s^2, whatever the rate.
+"""
 
 
 def going_on(times: Sequence[Array | None]) -> list[Array | None]:
@@ -65,21 +78,6 @@ def evenly_spaced(time: Array) -> Array | None:
     step = max(step, float(apart.min(initial=np.inf)) if len(apart) < len(time) - 1 else 0.0)
     off = float(np.abs(time - line).max())
     return line if 1e-9 < off <= 0.75 * step else None
-
-
-GAP_S = 0.25
-"""Rows farther apart in time than this do not belong to one record."""
-SMOOTH = 0.2
-"""Share of a step by which the next one may differ in the median row: poses that only follow each other jump about."""
-FASTEST_SPEED = 15.0
-"""Joint speed [rad/s] that no arm reaches: the times cannot be seconds."""
-STANDING_SPEED = 1e-3
-"""Joint speed [rad/s] below which a joint stands; it keeps the side from which it came."""
-AROUND_S = 0.04
-"""Accelerations are taken from the rows so near at least on both sides: rounded angles of 1 kHz tell none from three.
-
-Angles rounded to 0.001 deg then leave a standard deviation below 0.01 rad/s^2, whatever the rate.
-"""
 
 
 def with_motion(state: State, source: Source) -> tuple[State, list[Diagnostic]]:

@@ -27,6 +27,11 @@ PARTS = ("geometry", "gravity", "force", "tool", "inertia")
 """Constant errors of the arm; its deflection under its own weight, process force, tool and grip load, acceleration."""
 _LOADS = ("gravity", "force", "tool", "inertia")
 _PROBE = np.array([[0.3, -0.4, 0.5, 0.6, 0.7, -0.8], [-0.9, 0.2, -0.3, -0.5, 1.1, 0.4]])
+FAR_FACTOR = 10.0
+"""A compliance farther from what is usual for the joint than by this factor is in another unit, or of another joint."""
+SOFTEST = 1e-3  # [rad/(N m)], where nobody says what is usual
+STIFFNESS = "joints.stiffness_Nm_per_rad"
+UNREAD = "absolute_accuracy.unread"
 
 
 def check_parts(parts: Sequence[str]) -> tuple[str, ...]:
@@ -112,13 +117,6 @@ def _known(model: Model, effect: Effect, parts: Sequence[str]) -> bool:
         return False
     columns = [x for x in (share.joint, *share.body.values()) if x is not None]
     return all(np.ndim(x) == 1 or bool((x == x[0]).all()) for x in columns)
-
-
-FAR_FACTOR = 10.0
-"""A compliance farther from what is usual for the joint than by this factor is in another unit, or of another joint."""
-SOFTEST = 1e-3  # [rad/(N m)], where nobody says what is usual
-STIFFNESS = "joints.stiffness_Nm_per_rad"
-UNREAD = "absolute_accuracy.unread"
 
 
 def controller_model(robot_name: str, calibration: Calibration | None) -> Model:

@@ -25,6 +25,7 @@ PACKING_STEP = 2.0**-8
 """Step of the written numbers of 1,000 parameters, in conditional standard deviations; finer with fewer parameters."""
 LEAST_VARIANCE = 1e-14  # eigenvalue of a correlation matrix below which double precision tells nothing
 PACKED_WIDTH = 120  # characters of a line
+MARGIN = 0.02  # of a channel's measured span: a program may go so far beyond without a word
 
 
 def pack_correlation(correlation: Array) -> str:
@@ -80,9 +81,6 @@ def unpack_correlation(text: str, count: int) -> Array:
     correlation = np.asarray(lower @ lower.T)
     correlation.setflags(write=False)
     return correlation
-
-
-MARGIN = 0.02  # of a channel's measured span: a program may go so far beyond without a word
 
 
 @dataclass(frozen=True)

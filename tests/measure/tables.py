@@ -54,10 +54,10 @@ def _turn(axis: np.ndarray, angle: float) -> np.ndarray:
     return np.eye(3) + np.sin(angle) * S + (1 - np.cos(angle)) * S @ S
 
 
-def columns(q_deg: np.ndarray, seen_mm: np.ndarray, **more: Any) -> dict[str, list[str]]:
+def columns(q_deg: np.ndarray, seen_mm: np.ndarray, digits: int = 5, **more: Any) -> dict[str, list[str]]:
     """Columns of a table as text: names, commanded angles, measured points, and further ones."""
     cells = {"pose_id": [f"P{i}" for i in range(len(q_deg))]}
-    cells |= {name: [f"{x:.5f}" for x in q_deg[:, k]] for k, name in enumerate(JOINTS)}
+    cells |= {name: [f"{x:.{digits}f}" for x in q_deg[:, k]] for k, name in enumerate(JOINTS)}
     cells |= {name: [f"{x:.4f}" for x in seen_mm[:, k]] for k, name in enumerate(PLACES)}
     return cells | {name: [str(x) for x in values] for name, values in more.items()}
 

@@ -45,11 +45,6 @@ def test_points_on_a_plane_or_a_line_are_found_as_well(spread, turned):
     )
 
 
-def test_a_mirror_is_seen_where_points_tell_it():
-    flange, seen = scene((0.4, 0.3, 0.2), 0.4)
-    assert align(flange, seen * [1, 1, -1]).mirrored
-
-
 @pytest.mark.parametrize("around", [0.0, 0.0005], ids=["a point", "a ball"])
 @pytest.mark.parametrize("seed", [5, 6, 7, 8])
 def test_flanges_that_turn_about_one_point_are_placed_by_how_they_turn(around, seed):

@@ -27,25 +27,26 @@ FRAME = 'PERS wobjdata wJig:=[FALSE,TRUE,"",[[0,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,
 def test_commanded_poses_become_joints():
     q = poses(20, seed=5)
     R, p = flanges(q)
-    numbers = np.hstack(
-        [1e3 * p, Rotation.from_matrix(R).as_quat()[:, [3, 0, 1, 2]], confdata(ARM, np.radians(q)), points(q)]
-    )
+    wxyz = Rotation.from_matrix(R).as_quat()[:, [3, 0, 1, 2]]
+    numbers = np.hstack([1e3 * p, wxyz, confdata(ARM, np.radians(q)), points(q)])
     header = "cmd_x_mm,cmd_y_mm,cmd_z_mm,cmd_qw,cmd_qx,cmd_qy,cmd_qz,cf1,cf4,cf6,cfx,x_mm,y_mm,z_mm"
     data = read([header, *(",".join(map(str, row)) for row in numbers)])
     np.testing.assert_allclose(np.degrees(data.state.q), q, atol=1e-6)
+
+
+def targets(*names: str) -> Source:
+    return source(["target,x_mm,y_mm,z_mm", *(f"{name},1,2,3" for name in names)])
 
 
 def test_targets_come_from_the_program_that_was_run(samples):
     module = Source("paper_case.mod", (samples / "paper_case.mod").read_bytes())
     arguments = [e.statement.argument("to") for e in walk(read_program(module)) if e.target is not None]
     names = list(dict.fromkeys(a.text for a in arguments if a is not None and a.text.isidentifier()))
-    data = read_measurements(source(["target,x_mm,y_mm,z_mm", *(f"{n},1,2,3" for n in names)]), ARM, program=module)
+    data = read_measurements(targets(*names), ARM, program=module)
     assert data.tool_known and len(data) == len(names) and np.isfinite(data.state.q).all()
-    (lost,) = refused(
-        lambda: read_measurements(source(["target,x_mm,y_mm,z_mm", "pNowhere,1,2,3"]), ARM, program=module)
-    )
+    (lost,) = refused(lambda: read_measurements(targets("pNowhere"), ARM, program=module))
     assert (lost.code, lost.message) == ("DAT012", "the program does not move to `pNowhere`")
-    (alone,) = refused(lambda: read(["target,x_mm,y_mm,z_mm", f"{names[0]},1,2,3"]))
+    (alone,) = refused(lambda: read_measurements(targets(names[0]), ARM))
     assert alone.message == "column `target` names robtargets, and the program that was run is not given"
     both = columns(*measured(), target=names[:1] * 40)
     assert "the angles are taken" in read_measurements(source(lines(both)), ARM, program=module).diagnostics[0].message
@@ -53,7 +54,7 @@ def test_targets_come_from_the_program_that_was_run(samples):
 
 def test_a_tool_that_no_file_declares_is_no_tool0():
     module = f"MODULE M\n {TARGET}\n PROC main()\n  MoveJ p,v200,fine,tProbe\\WObj:=wJig;\n ENDPROC\nENDMODULE\n"
-    program, row = Source("M.mod", module.encode()), source(["target,x_mm,y_mm,z_mm", "p,1,2,3"])
+    program, row = Source("M.mod", module.encode()), targets("p")
     findings = refused(lambda: read_measurements(row, ARM, program=program))
     assert [d.code for d in findings] == ["RAP020", "RAP020"]
     assert any("`tProbe`" in d.message for d in findings) and "--with" in findings[0].help
@@ -67,11 +68,9 @@ def test_a_workbook_is_read_like_its_text():
     book.active.append(["cell 4"])
     sheet = book.create_sheet("data")
     for i, line in enumerate(table()):
-        name, *numbers = line.split(",")
+        name, *cells = line.split(",")
         sheet.append(
-            [*line.split(","), "Timestamp"]
-            if i == 0
-            else [name, *map(float, numbers), start + timedelta(seconds=30 * i)]
+            [name, *(map(float, cells) if i else cells), start + timedelta(seconds=30 * i) if i else "Timestamp"]
         )
     out = io.BytesIO()
     book.save(out)
@@ -106,9 +105,7 @@ def test_the_row_stands_in_for_a_time_where_the_user_says_that_rows_are_in_order
     assert numbers_of_rows([f"{rows[0]},time_s", *(f"{row},{60 * (i % 5)}" for i, row in enumerate(rows[1:]))]) is None
 
 
-@pytest.mark.parametrize(
-    "more", [{}, {"time_s": 60 * np.arange(30)}, {"session": list("ab" * 15)}], ids=["", "time", "session"]
-)
+@pytest.mark.parametrize("more", [{}, {"time_s": 60 * np.arange(30)}, {"session": list("ab" * 15)}], ids=list)
 def test_sorted_and_shuffled_rows_come_in_one_order(more):
     head, *rows = lines(columns(*measured(30), **more))
     first = read([head, *rows]).in_order

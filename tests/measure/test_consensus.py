@@ -30,8 +30,13 @@ def arm_with_zeros(seed: int = 1, n: int = N) -> tuple[np.ndarray, np.ndarray]:
     return q, points(q + ZEROS_DEG) + np.random.default_rng(seed).normal(0, 0.03, (n, 3))
 
 
-def table(q: np.ndarray, y: np.ndarray, session: list[str] | None = None, **terms) -> Measurements:
-    return read(columns(q, y, **({"session": session} if session else {})), **terms)
+def table(q: np.ndarray, y: np.ndarray, **more) -> Measurements:
+    return read(columns(q, y, **more))
+
+
+def wrong(q: np.ndarray, y: np.ndarray, **more) -> list[int]:
+    """Indices of the rows that are left out."""
+    return np.flatnonzero(~table(q, y, **more).usable).tolist()
 
 
 def rows_in(message: str) -> list[int]:
@@ -59,44 +64,42 @@ def test_rows_that_cannot_be_right_are_told_from_the_others(kind, run, share):
 
 
 @pytest.mark.parametrize("factor", [25.4, 1000.0], ids=["inches", "metres"])
-@pytest.mark.parametrize("share", [0.03, 0.1, 0.3])
-def test_rows_in_another_unit_are_left_out_or_named(factor, share):
-    q, y = arm_with_zeros()
-    bad = spoilt_rows(share, False, 3)
-    y[bad] /= factor
-    if share < 0.05:
-        assert np.flatnonzero(~table(q, y).usable).tolist() == bad.tolist()
-    else:
-        (finding,) = refused(lambda: table(q, y))
-        assert rows_in(finding.message) == bad.tolist()
+def test_a_few_rows_in_another_unit_are_left_out_and_many_are_named(factor):
+    (q, few), (_, many) = arm_with_zeros(), arm_with_zeros()
+    bad, rest = spoilt_rows(0.03, False, 3), spoilt_rows(0.3, False, 3)
+    few[bad] /= factor
+    assert wrong(q, few) == bad.tolist()
+    many[rest] /= factor
+    (finding,) = refused(lambda: table(q, many))
+    assert rows_in(finding.message) == rest.tolist()
 
 
 @pytest.mark.parametrize("seed", range(1, 7))
 def test_no_row_of_a_table_that_is_right_is_doubted(seed):
-    data = table(*arm_with_zeros(seed))
-    assert data.usable.all() and not data.wrong
+    assert wrong(*arm_with_zeros(seed)) == []
 
 
 def test_joint_zeros_that_are_far_off_are_no_wrong_rows():
     q = np.round(poses(N, 4), 5)
-    assert not table(q, points(q + np.array([0.0, 1.2, -0.8, 0.0, 0.0, 0.0]))).wrong
+    assert wrong(q, points(q + np.array([0.0, 1.2, -0.8, 0.0, 0.0, 0.0]))) == []
 
 
 def test_an_arm_that_moves_may_lag_behind_by_more():
     """20 mm are too much of an arm at rest, and what a fast one yields; 80 mm are too much of either."""
     q, y = arm_with_zeros()
     y[[7, 30]] += [[0.0, 20.0, 0.0], [0.0, 80.0, 0.0]]
-    assert np.flatnonzero(~table(q, y).usable).tolist() == [7, 30]
-    speeds = {f"v{j}_deg_s": np.full(N, 30.0) for j in range(1, 7)}
-    assert np.flatnonzero(~read(columns(q, y, **speeds)).usable).tolist() == [30]
+    assert wrong(q, y) == [7, 30]
+    assert wrong(q, y, **{f"v{j}_deg_s": np.full(N, 30.0) for j in range(1, 7)}) == [30]
 
 
-def test_too_many_wrong_rows_are_an_error_that_names_them():
+def test_many_wrong_rows_are_left_out_unless_the_user_knows_better_and_too_many_are_an_error():
     q, y = arm_with_zeros()
-    bad = spoilt_rows(0.4, True, 0)
-    y[bad] = y[bad] @ TURN
+    y[:20] = y[:20] @ TURN
+    assert wrong(q, y) == list(range(20))
+    assert read(columns(q, y), accept=frozenset({"DAT007"})).usable.all()
+    y[20:48] = y[20:48] @ TURN
     (finding,) = refused(lambda: table(q, y))
-    assert finding.code == "DAT009" and rows_in(finding.message) == bad.tolist()
+    assert finding.code == "DAT009" and rows_in(finding.message) == list(range(48))
 
 
 def test_sessions_are_placed_each_by_itself():
@@ -104,39 +107,38 @@ def test_sessions_are_placed_each_by_itself():
     q, y = arm_with_zeros()
     session = ["a"] * 70 + ["b"] * 50
     y[70:] = y[70:] @ TURN + np.array([1000.0, 0.0, 0.0])
-    assert not table(q, y, session).wrong
+    assert wrong(q, y, session=session) == []
     y[[75, 90, 91]] += [0.0, 60.0, 0.0]
-    assert {row for _, row in table(q, y, session).wrong} == {76, 91, 92}
+    assert wrong(q, y, session=session) == [75, 90, 91]
+
+
+def test_sessions_of_two_poses_from_one_place_are_one_in_the_search_for_wrong_rows():
+    q, y = arm_with_zeros()
+    y[[20, 50, 51]] += [0.0, 60.0, 0.0]
+    assert wrong(q, y, session=[f"s{i // 2}" for i in range(N)]) == [20, 50, 51]
 
 
 def test_a_session_of_mostly_wrong_rows_is_named():
     q, y = arm_with_zeros()
     y[95:120] += np.random.default_rng(2).normal(0, 300, (25, 3))
-    (finding,) = refused(lambda: table(q, y, ["monday"] * 90 + ["friday"] * 30))
+    (finding,) = refused(lambda: table(q, y, session=["monday"] * 90 + ["friday"] * 30))
     assert finding.message.startswith("session `friday`, too many rows") and finding.message.endswith("rows 91 to 120")
 
 
-def test_a_user_who_knows_better_keeps_the_rows():
-    q, y = arm_with_zeros()
-    y[:20] = y[:20] @ TURN
-    assert len(table(q, y).wrong) == 20
-    assert not table(q, y, accept=frozenset({"DAT007"})).wrong
-
-
-def seen_from_anywhere(count: int, size: int) -> tuple[np.ndarray, np.ndarray, list[str]]:
-    """Angles [deg], points [mm] and sessions of ``size`` poses each, every one seen from another place."""
+def seen_from_anywhere(count: int, size: int, signs: float | list[float] = 1) -> Measurements:
+    """What is read of sessions of ``size`` poses each, every one seen from another place; signs of the joints."""
     g = np.random.default_rng(4)
     q, y = arm_with_zeros(n=count * size)
     for s in range(0, count * size, size):
         R = Rotation.from_rotvec(g.normal(0, 1, 3)).as_matrix()
         y[s : s + size] = y[s : s + size] @ R.T + g.normal(0, 3000, 3)
-    return q, y, [f"s{i // size}" for i in range(count * size)]
+    return table(q * signs, y, session=[f"s{i // size}" for i in range(count * size)])
 
 
 @pytest.mark.parametrize("size", [2, 4])
 def test_sessions_of_few_poses_from_several_places_are_named_as_the_cause(size):
     """Six unknowns of each place want more than the few numbers of its rows: nothing is said of the arm."""
-    (finding,) = refused(lambda: table(*seen_from_anywhere(60 // size, size)))
+    (finding,) = refused(lambda: seen_from_anywhere(60 // size, size))
     assert finding.code == "DAT009" and finding.message == (
         f"no session has more than {size} poses, and the points were not all seen from one place: nothing tells where "
         "the instrument stood"
@@ -144,17 +146,9 @@ def test_sessions_of_few_poses_from_several_places_are_named_as_the_cause(size):
     assert finding.help.startswith("measure 8 poses or more from each place of the instrument, in one session")
 
 
-def test_sessions_of_two_poses_from_one_place_are_one_in_the_search_for_wrong_rows():
-    q, y = arm_with_zeros()
-    y[[20, 50, 51]] += [0.0, 60.0, 0.0]
-    assert {row for _, row in table(q, y, [f"s{i // 2}" for i in range(N)]).wrong} == {21, 51, 52}
-
-
 def test_columns_are_read_anew_in_the_largest_of_sessions_from_several_places():
     """The rows together fit no place whatever the columns mean; those of one session do."""
-    q, y, session = seen_from_anywhere(3, 40)
-    q[:, 3] *= -1
-    (finding,) = refused(lambda: table(q, y, session))
+    (finding,) = refused(lambda: seen_from_anywhere(3, 40, signs=[1, 1, 1, -1, 1, 1]))
     assert finding.message.startswith("column `q4_deg` looks negated")
 
 

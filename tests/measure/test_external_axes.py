@@ -18,6 +18,7 @@ from tests.measure.tables import ARM, columns, lines, source
 
 TRACK = '[[external_axes]]\naxis = "a"\nkind = "linear"\ncarries = "robot"\nlimits = [-100, 4000]\n'
 TABLE = '[[external_axes]]\naxis = "b"\nkind = "rotary"\ncarries = "{}"\nunit = "STN1"\nxyz_mm = [1200, 0, 500]\n'
+WORK = TRACK + TABLE.format("work")
 G = np.random.default_rng(4)
 Q = np.degrees(G.uniform(-0.9, 0.9, (24, 6)) + np.array([0, 0, 0, 0, 0.5, 0]))
 E = np.column_stack([G.uniform(0, 3000, 24), G.uniform(-120, 120, 24)])
@@ -45,7 +46,7 @@ def read(cells: dict[str, list[str]], cell: str, layout: bytes = b"", **more) ->
 
 
 def test_the_track_carries_the_base_and_the_work_carries_the_points() -> None:
-    state = read(table(on_work=True, eax_a=E[:, 0], eax_b=E[:, 1]), TRACK + TABLE.format("work")).state
+    state = read(table(on_work=True, eax_a=E[:, 0], eax_b=E[:, 1]), WORK).state
     assert state.external_axes is not None and state.T_reference_base is not None and state.work is not None
     assert state.external_axes[:, :2] == pytest.approx(E * [1e-3, np.pi / 180])
     assert np.isnan(state.external_axes[:, 2:]).all()
@@ -60,14 +61,9 @@ BEYOND = table(eax_a=np.where(np.arange(24) == 3, 4200.0, E[:, 0]))
 MAP = b'[columns]\neax_a = {name = "rail", unit = "%b"}\n'
 # The table, the cell, the unit of its rail in a column map, and all that is reported.
 REPORTS = [
-    (table(True, eax_a=E[:, 0], eax_b=E[:, 1]), TRACK + TABLE.format("work"), b"", ""),
+    (table(True, eax_a=E[:, 0], eax_b=E[:, 1]), WORK, b"", ""),
     (BOTH, TRACK + TABLE.format("nothing"), b"", ""),
-    (
-        BOTH,
-        TRACK + TABLE.format("work"),
-        b"",
-        "the points do not move with the work on `STN1`: in the world they fit to 0.43 mm",
-    ),
+    (BOTH, WORK, b"", "the points do not move with the work on `STN1`: in the world they fit to 0.43 mm"),
     (table(eax_a=E[:, 0], eax_c=["9E9"] * 24, eax_d=[0] * 24), TRACK, b"", ""),
     (BOTH, TRACK, b"", "the table has `eax_b`, and the cell has no such axis: it has `eax_a`"),
     (BEYOND, TRACK, b"", "`eax_a` stands at 4200 mm, outside its limits -100 .. 4000 mm"),
@@ -105,9 +101,8 @@ def test_the_same_angles_at_another_place_of_the_axes_are_no_repeat() -> None:
 
 def test_tables_of_one_cell_go_together() -> None:
     head, *rows = lines(table(eax_a=E[:, 0]))
-    both = read_tables(
-        [source([head, *rows[:12]], "a.csv"), source([head, *rows[12:]], "b.csv")], ARM, terms=terms(TRACK)
-    )
+    parts = source([head, *rows[:12]], "a.csv"), source([head, *rows[12:]], "b.csv")
+    both = read_tables(parts, ARM, terms=terms(TRACK))
     assert both.state.T_reference_base is not None
     assert both.state.T_reference_base[:, 0, 3] == pytest.approx(E[:, 0] / 1e3)
 
@@ -120,9 +115,8 @@ def test_targets_of_a_program_stand_where_its_axes_are() -> None:
     conf = list(map(int, I.confdata(A.irb4600(), joints[0])[0]))
     numbers = f"[{','.join(f'{x:.6f}' for x in place)}],[{','.join(f'{x:.12f}' for x in turn)}],{conf}"
     target = f"CONST robtarget p1:=[{numbers},[1500,9E9,9E9,9E9,9E9,9E9]];"
-    program = Source(
-        "m.mod", f"MODULE M\n{target}\nPROC main()\nMoveJ p1,v100,fine,tool0;\nENDPROC\nENDMODULE\n".encode()
-    )
-    data = read_measurements(source(["target,x_mm,y_mm,z_mm", "p1,1,2,3"]), ARM, program, terms=terms(TRACK))
+    program = f"MODULE M\n{target}\nPROC main()\nMoveJ p1,v100,fine,tool0;\nENDPROC\nENDMODULE\n"
+    rows = source(["target,x_mm,y_mm,z_mm", "p1,1,2,3"])
+    data = read_measurements(rows, ARM, Source("m.mod", program.encode()), terms=terms(TRACK))
     assert data.state.q == pytest.approx(joints, abs=1e-6) and not data.diagnostics
     assert data.state.channels["eax_a"] == pytest.approx([1500.0])

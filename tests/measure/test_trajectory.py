@@ -13,11 +13,7 @@ RATE = 2 * np.pi * np.array([0.311, 0.427, 0.523, 0.617, 0.733, 0.0])
 
 
 def record(q: np.ndarray, time: np.ndarray, **more) -> Measurements:
-    stamps = [f"{t:.6f}" for t in time]
-    return read(
-        columns(q, points(q), time_s=stamps, **more)
-        | {f"q{j + 1}_deg": [f"{x:.6f}" for x in q[:, j]] for j in range(6)}
-    )
+    return read(columns(q, points(q), digits=6, time_s=[f"{t:.6f}" for t in time], **more))
 
 
 def swing(time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -32,28 +28,17 @@ def said(data: Measurements) -> str:
 
 
 EVEN, RUN = np.arange(120) / 25, np.arange(60) / 25
+RUNS = np.r_[RUN, RUN + 7, RUN + 11]
 UNEVEN = np.cumsum(np.random.default_rng(4).uniform(0.005, 0.015, 200))
 MIXED, TURNED = np.random.default_rng(4).permutation(200), np.r_[60:120, :60]
 # True times, those that the table states, rows at the ends of records, the error of a speed [deg/s], and what is said.
 CLOCKS = {
-    "20 a second": (
-        EVEN * 25 / 20,
-        None,
-        [0, -1],
-        4.1,
-        "120 of 120 rows are a record of the moving arm (20 rows a second)",
-    ),
+    "20 a second": (EVEN * 25 / 20, None, [0, -1], 4.1, "120 of 120 rows are a record of the moving arm (20 rows"),
     "125 a second": (EVEN / 5, None, [0, -1], 0.12, "(125 rows a second)"),
     "1000 a second": (EVEN / 40, None, [0, -1], 0.012, "(1e+03 rows a second)"),
     "uneven, mixed": (UNEVEN[MIXED], None, [MIXED.argmin(), MIXED.argmax()], 0.5, "200 of 200 rows"),
     "a gap": (np.r_[RUN / 2, 5 + RUN / 2], None, [0, 59, 60, 119], 1.0, "120 of 120 rows"),
-    "three runs": (
-        np.r_[RUN, RUN + 7, RUN + 11],
-        np.tile(RUN, 3),
-        [0, 59, 60, 119, 120, 179],
-        3.0,
-        "begins anew 2 times",
-    ),
+    "three runs": (RUNS, np.tile(RUN, 3), [0, 59, 60, 119, 120, 179], 3.0, "the clock begins anew 2 times and goes on"),
     "another order": (EVEN[TURNED], None, [59, 60], 3.0, "120 of 120 rows"),
 }
 
@@ -103,9 +88,8 @@ def test_stamps_coarser_than_the_rows_are_counted(step):
     q, v = swing(time)
     data = record(q, np.floor(time / step) * step)
     assert np.degrees(data.state.v) == pytest.approx(v, abs=0.02 * np.abs(v).max())
-    assert "(125 rows a second)" in said(data) and said(data).endswith(
-        "it counts the rows, for which its stamps are coarse"
-    )
+    assert "(125 rows a second)" in said(data)
+    assert said(data).endswith("it counts the rows, for which its stamps are coarse")
     # Where rows were lost they are no count of the time.
     lost = np.r_[:80, 100:200]
     data = record(q[lost], np.floor(time[lost] / step) * step)

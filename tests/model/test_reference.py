@@ -61,10 +61,8 @@ def test_slopes_against_central_differences(name):
     sized = [e.with_vector(g.uniform(0.2, 1.0, len(e.vector())) * e.scale()) for e in effects]
     sized[0] = sized[0].with_vector(np.array([0.4, -2.0, 0.3, 0.5, -1.1, 2.0]))
     arm = with_more(arm, *sized)
-    wrench = g.normal(0, 200, (5, 6))
-    state = standing(
-        arm, g.uniform(-1.0, 1.0, (5, 6)), g.uniform(-0.8, 0.8, (5, 6)), payload_mass=np.full(5, 20.0), wrench=wrench
-    )
+    loads = {"payload_mass": np.full(5, 20.0), "wrench": g.normal(0, 200, (5, 6))}
+    state = standing(arm, g.uniform(-1.0, 1.0, (5, 6)), g.uniform(-0.8, 0.8, (5, 6)), **loads)
     D, scale = pose_derivatives(arm, state), np.concatenate([e.scale() for e in arm.effects])
     for k in range(6, len(parameters(arm)), 3):
         expected = parameter_slope(arm, state, k, 0.05 * scale[k])[:, :3]

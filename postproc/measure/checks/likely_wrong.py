@@ -9,14 +9,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, Severity, has_errors
-from postproc.measure.checks.plausible import (
-    check_cells,
-    check_copies,
-    check_limits,
-    check_rounding,
-    check_sizes,
-    usable_rows,
-)
+from postproc.measure.checks.plausible import check_limits, check_plausible, usable_rows
 from postproc.measure.checks.readings import (
     MISMATCH_M,
     RADIANS,
@@ -63,12 +56,7 @@ def check_measurements(
     if not usable_rows(data, measured).any():
         message = "no row can be used: none has commanded joint angles" + (" and a measured pose" if measured else "")
         return [cells.finding("DAT001", "error", message, "fill in the empty columns")]
-    findings = [
-        *check_cells(data, cells, measured),
-        *check_copies(data, cells),
-        *check_rounding(data, cells),
-        *check_sizes(data, robot, cells),
-    ]
+    findings = check_plausible(data, robot, cells, measured)
     rows = agreed.rows
     single = check_limits(data, robot, cells)
     if data.tool_known or poses_among(data.state.q[rows]) < FEWEST_ROWS_JUDGED:

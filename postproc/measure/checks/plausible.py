@@ -27,6 +27,20 @@ INSTRUMENT_M = (5e-7, 5e-3)
 """Standard deviations of instruments that reach over an arm, with a wide margin."""
 MISREAD_DEG = 5.0
 """An angle measured on the output side is no farther from the commanded one."""
+UNTOLD = 3e-5
+"""Scatter [m], [rad] of readings of one pose where no two that differ tell it: that of an ordinary arm and tracker."""
+ROUNDING_STEPS = [float(f"{digit}e{power}") for power in range(1, -8, -1) for digit in (5, 2, 1)]
+"""Steps in which an instrument may count [mm], [mrad], the coarsest first."""
+
+
+def check_plausible(data: Measurements, robot: Robot, cells: Cells, measured: bool) -> list[Diagnostic]:
+    """Return findings about empty cells, copied rows, rounded angles and sizes that nothing has.
+
+    Args:
+        cells: the table as text, for places in the file; measured: False for poses that have yet to be measured.
+    """
+    findings = [*_check_cells(data, cells, measured), *_check_copies(data, cells)]
+    return [*findings, *_check_rounding(data, cells), *_check_sizes(data, robot, cells)]
 
 
 def usable_rows(data: Measurements, measured: bool) -> NDArray[np.bool_]:
@@ -34,7 +48,7 @@ def usable_rows(data: Measurements, measured: bool) -> NDArray[np.bool_]:
     return data.usable if measured else np.asarray(np.isfinite(data.state.q).all(axis=1))
 
 
-def check_cells(data: Measurements, cells: Cells, measured: bool) -> list[Diagnostic]:
+def _check_cells(data: Measurements, cells: Cells, measured: bool) -> list[Diagnostic]:
     """Return DAT005 for rows without angles or measurements."""
     findings = []
     commanded = usable_rows(data, measured=False)
@@ -54,7 +68,7 @@ def _listed(mask: NDArray[np.bool_]) -> str:
     return f"row{'s' if rows[1:] else ''} {', '.join(rows[:SHOWN_ROWS])}{others}"
 
 
-def check_rounding(data: Measurements, cells: Cells) -> list[Diagnostic]:
+def _check_rounding(data: Measurements, cells: Cells) -> list[Diagnostic]:
     """Return DAT010 where all joint angles are multiples of 0.01 deg or of a coarser step."""
     step = data.rows(np.flatnonzero(np.isfinite(data.state.q).all(axis=1))).step
     if step < COARSE:
@@ -82,13 +96,14 @@ def check_limits(data: Measurements, robot: Robot, cells: Cells) -> list[Diagnos
     return findings
 
 
-def check_sizes(data: Measurements, robot: Robot, cells: Cells) -> list[Diagnostic]:
+def _check_sizes(data: Measurements, robot: Robot, cells: Cells) -> list[Diagnostic]:
     """Return DAT009 for implausible masses, their centres, temperatures, stated noise and measured joint angles."""
-    return [
-        cells.finding("DAT009", severity, f"{message}{_others(row)}", help_, int(np.flatnonzero(row)[0]))
-        for severity, row, message, help_ in _wrong_sizes(data, robot)
-        if row.any()
-    ]
+    findings = []
+    for severity, wrong, message, help_ in _wrong_sizes(data, robot):
+        rows = np.flatnonzero(wrong)
+        others = f" (rows {rows[0] + 1} and {len(rows) - 1} more)" if 1 < len(rows) < len(wrong) else ""
+        findings += [cells.finding("DAT009", severity, message + others, help_, int(rows[0]))] if len(rows) else []
+    return findings
 
 
 def _wrong_sizes(data: Measurements, robot: Robot) -> Iterator[tuple[Severity, NDArray[np.bool_], str, str]]:
@@ -97,12 +112,8 @@ def _wrong_sizes(data: Measurements, robot: Robot) -> Iterator[tuple[Severity, N
     unit = "give the unit in a column map"
     if state.payload_mass is not None:
         mass = state.payload_mass
-        yield (
-            "error",
-            mass < 0,
-            f"`payload_kg` is {mass.min(initial=0):g}: no mass is negative",
-            "leave out what is not known",
-        )
+        message = f"`payload_kg` is {mass.min(initial=0):g}: no mass is negative"
+        yield "error", mass < 0, message, "leave out what is not known"
         rated = robot.payload or np.inf
         message = f"`payload_kg` is {mass.max(initial=0):g}, and `{robot.name}` carries {rated:g} kg"
         severity: Severity = "error" if mass.max(initial=0) > OVERLOAD * rated else "warning"
@@ -131,19 +142,7 @@ def _wrong_sizes(data: Measurements, robot: Robot) -> Iterator[tuple[Severity, N
             yield "error", np.full(n, typical > MISREAD_DEG), message, help_
 
 
-def _others(row: NDArray[np.bool_]) -> str:
-    """Return `` (rows 3 and 5 more)`` for a mask (n,) of rows; empty text where it marks one row or all."""
-    count = int(row.sum())
-    return f" (rows {int(np.flatnonzero(row)[0]) + 1} and {count - 1} more)" if 1 < count < len(row) else ""
-
-
-UNTOLD = 3e-5
-"""Scatter [m], [rad] of readings of one pose where no two that differ tell it: that of an ordinary arm and tracker."""
-ROUNDING_STEPS = [float(f"{digit}e{power}") for power in range(1, -8, -1) for digit in (5, 2, 1)]
-"""Steps in which an instrument may count [mm], [mrad], the coarsest first."""
-
-
-def check_copies(data: Measurements, cells: Cells) -> list[Diagnostic]:
+def _check_copies(data: Measurements, cells: Cells) -> list[Diagnostic]:
     """Return DAT006 for up to five rows that repeat another digit by digit, if readings would not agree so by chance.
 
     Two readings of a pose with the scatter s agree in all digits of a coordinate that counts in steps r with the chance

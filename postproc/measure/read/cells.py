@@ -33,6 +33,10 @@ MOST_ROWS = 300_000
 """Of a table: `predict` takes 40 s and 0.6 GB for them."""
 BLANK_CHARACTERS = " \t,;"
 """What a spreadsheet writes for a line in which nothing stands."""
+MARK = b"PK"
+"""The first bytes of a zip archive, which a workbook is."""
+MOST_CELLS, MOST_BYTES = 2_000_000, 256_000_000
+"""Of a workbook, with its empty cells, and unpacked: counted before anything is kept."""
 
 
 @dataclass(frozen=True)
@@ -276,12 +280,6 @@ def _start(source: Source, line: int) -> Span:
 def _no_table(message: str, source: Source, help_: str = "") -> PostprocError:
     """Return the exception for a file that is no table (DAT001)."""
     return PostprocError.of("DAT001", message, source, help=help_)
-
-
-MARK = b"PK"
-"""The first bytes of a zip archive, which a workbook is."""
-MOST_CELLS, MOST_BYTES = 2_000_000, 256_000_000
-"""Of a workbook, with its empty cells, and unpacked: counted before anything is kept."""
 
 
 def sheet_text(source: Source, diagnostics: list[Diagnostic]) -> Source:

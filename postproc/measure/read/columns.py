@@ -27,27 +27,9 @@ ACCELERATION_COLUMNS = COLUMNS["a"]
 EXTERNAL_AXES = COLUMNS["external_axes"]
 TEXT_COLUMNS = ("pose_id", "session", "target")
 STANDARD = (
-    *(
-        *TEXT_COLUMNS,
-        *JOINT_COLUMNS,
-        *POSITION,
-        *ORIENTATION,
-        *MEASURED_JOINTS,
-        *COMMAND_POSITION,
-        *COMMAND_ORIENTATION,
-    ),
-    *(
-        *CONFIGURATION_COLUMNS,
-        *PAYLOAD_COLUMNS,
-        *WRENCH,
-        *APPROACH,
-        *SPEED_COLUMNS,
-        *ACCELERATION_COLUMNS,
-        "temperature_C",
-        "time_s",
-        "sigma_mm",
-    ),
-    *EXTERNAL_AXES,
+    *(*TEXT_COLUMNS, *JOINT_COLUMNS, *POSITION, *ORIENTATION, *MEASURED_JOINTS, *COMMAND_POSITION),
+    *(*COMMAND_ORIENTATION, *CONFIGURATION_COLUMNS, *PAYLOAD_COLUMNS, *WRENCH, *APPROACH, *SPEED_COLUMNS),
+    *(*ACCELERATION_COLUMNS, "temperature_C", "time_s", "sigma_mm", *EXTERNAL_AXES),
 )
 
 

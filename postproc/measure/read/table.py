@@ -19,7 +19,7 @@ from postproc.measure.read.channels import channels_of, row_order
 from postproc.measure.read.columns import LABELS
 from postproc.measure.read.commanded import Commanded, commanded_joints, program_targets
 from postproc.measure.read.external_axes import check_work, with_external_axes
-from postproc.measure.read.layout import ColumnMap, read_column_map
+from postproc.measure.read.layout import read_column_map
 from postproc.measure.read.lookup import Table, missing_help
 from postproc.measure.read.terms import AS_IT_IS, Reading, accepted
 from postproc.measure.read.values import as_number, is_number
@@ -56,16 +56,18 @@ def read_measurements(
         PostprocError: DAT001 to DAT009, where the table cannot be what it says.
     """
     layout = read_column_map(column_map)
-    table = _opened(source, layout, terms, every=not measured)
-    n = len(table.cells.rows)
+    diagnostics: list[Diagnostic] = []
+    cells = read_cells(source, layout, diagnostics, every=not measured)
+    if terms.joints is not None:
+        cells = join(cells, read_cells(terms.joints, layout, diagnostics), diagnostics)
+    table = Table(cells, layout, diagnostics)
+    n = len(cells.rows)
     turns = table.turns(names.ORIENTATION, layout.orientation)
     measured_joints = table.vector(names.MEASURED_JOINTS, partial=True, absent=np.nan)
     position = _positions(table)
-    if position is None:
-        position = np.full((n, 3), np.nan)
-        if measured and turns is None and measured_joints is None:
-            message = "nothing was measured: there is no column `x_mm`, `y_mm`, `z_mm`, nor `qw`, nor `mq1_deg`"
-            raise PostprocError.of("DAT002", message, source, help=missing_help(table.cells))
+    if measured and turns is None and measured_joints is None and not set(names.POSITION) & table.place.keys():
+        message = "nothing was measured: there is no column `x_mm`, `y_mm`, `z_mm`, nor `qw`, nor `mq1_deg`"
+        raise PostprocError.of("DAT002", message, source, help=missing_help(cells))
     commanded = _commanded(table, robot, program, terms.station or Station())
     tool_known = commanded.T_flange_tcp is not None
     state = with_external_axes(_state(table, commanded), table, terms.station, commanded.extax)
@@ -77,7 +79,7 @@ def read_measurements(
         sigma=_deviations(table),
         pose_id=tuple(table.text("pose_id") or _labels(state.q)),
         row=tuple(range(1, n + 1)),
-        line=table.cells.lines,
+        line=cells.lines,
         tool_known=tool_known,
         counted="time_s" not in table.place and terms.rows_in_order and "row" not in table.place,
         accepted=terms.accept,
@@ -86,12 +88,12 @@ def read_measurements(
     unit = table.place["x_mm"].unit if "x_mm" in table.place else "mm"
     data, agreed = _without_lost(data, agreement(data, robot), table, robot)
     check_work(data.state, table, robot, data.position)
-    findings = check_measurements(data, robot, table.cells, turns, agreed, measured=measured, unit=unit)
-    diagnostics = accepted([*table.diagnostics, *findings], terms.accept)
-    if has_errors(diagnostics):
-        raise PostprocError(diagnostics)
+    findings = check_measurements(data, robot, cells, turns, agreed, measured=measured, unit=unit)
+    findings = accepted([*diagnostics, *findings], terms.accept)
+    if has_errors(findings):
+        raise PostprocError(findings)
     wrong = agreed.rows[agreed.wrong] if agreed.near and "DAT007" not in terms.accept else ()
-    return replace(data, wrong=frozenset((0, data.row[i]) for i in wrong), diagnostics=tuple(diagnostics))
+    return replace(data, wrong=frozenset((0, data.row[i]) for i in wrong), diagnostics=tuple(findings))
 
 
 def _without_lost(data: Measurements, agreed: Agreement, table: Table, robot: Robot) -> tuple[Measurements, Agreement]:
@@ -116,20 +118,6 @@ def _without_lost(data: Measurements, agreed: Agreement, table: Table, robot: Ro
     table.say("DAT005", "warning", message, help_, int(np.flatnonzero(lost)[0]))
     data = replace(data, position=np.where(lost[:, None], np.nan, data.position))
     return data, agreement(data, robot)
-
-
-def _opened(source: Source, layout: ColumnMap, terms: Reading, every: bool) -> Table:
-    """Return the table of a file, joined with that of the joint angles where these stand in a file of their own.
-
-    Args:
-        layout: how the file writes its columns; terms: what the user says of the table.
-        every: whether rows with too few or too many cells stay.
-    """
-    diagnostics: list[Diagnostic] = []
-    cells = read_cells(source, layout, diagnostics, every=every)
-    if terms.joints is not None:
-        cells = join(cells, read_cells(terms.joints, layout, diagnostics), diagnostics)
-    return Table(cells, layout, diagnostics)
 
 
 def _followed(state: State, table: Table, terms: Reading) -> State:
@@ -176,12 +164,10 @@ def _labels(q: Array) -> list[str]:
     return [first.setdefault(row.tobytes(), str(i + 1)) for i, row in enumerate(np.round(q, 9))]
 
 
-def _positions(table: Table) -> Array | None:
-    """Return (n, 3) measured positions [m], NaN along axes that have no column; None where there is no column."""
+def _positions(table: Table) -> Array:
+    """Return (n, 3) measured positions [m], NaN along axes that have no column."""
     present = [name for name in names.POSITION if name in table.place]
-    if not present:
-        return None
-    if len(present) < len(names.POSITION):
+    if 0 < len(present) < len(names.POSITION):
         missing = " and ".join(f"`{name}`" for name in names.POSITION if name not in present)
         message = (
             f"there is no column {missing}: the places are known along {' and '.join(n[0] for n in present)} alone"

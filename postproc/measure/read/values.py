@@ -39,6 +39,15 @@ _WRITTEN = {
     "s": "sec",
 }
 _SPELT = {theirs: unit for unit, spellings in _WRITTEN.items() for theirs in spellings.split()}
+GROUPED = {
+    ".": re.compile("[-+]?\\d{1,3}(?:['\u2019 \u00a0]\\d{3})+(?:[.]\\d*)?|[-+]?\\d{1,3}(?:,\\d{3})+[.]\\d*"),
+    ",": re.compile("[-+]?\\d{1,3}(?:['\u2019 \u00a0]\\d{3})+(?:,\\d*)?|[-+]?\\d{1,3}(?:[.]\\d{3})+,\\d*"),
+}
+"""Numbers with marks between thousands, by the decimal sign; 1,193 alone may be either and is not one of them."""
+EMPTY_CELLS = frozenset({"", "nan", "na", "n/a", "null", "none", "-", "#n/a"})
+DATES = ("%d.%m.%Y", "%d.%m.%y", "%m/%d/%Y", "%d/%m/%Y", "%Y/%m/%d", "%m/%d/%y", "%d/%m/%y")
+CLOCKS = ("%H:%M:%S.%f", "%H:%M:%S,%f", "%H:%M:%S", "%H:%M", "%I:%M:%S %p", "%I:%M %p")
+DAY = 86400.0
 
 
 def stated_unit(header: str) -> str:
@@ -63,14 +72,6 @@ def _spelt(unit: str) -> str:
 def fitting(unit: str, standard: str) -> bool:
     """Return whether two units measure the same quantity (mm and in, deg and rad)."""
     return unit == standard or any(unit in group and standard in group for group in _QUANTITIES)
-
-
-GROUPED = {
-    ".": re.compile("[-+]?\\d{1,3}(?:['\u2019 \u00a0]\\d{3})+(?:[.]\\d*)?|[-+]?\\d{1,3}(?:,\\d{3})+[.]\\d*"),
-    ",": re.compile("[-+]?\\d{1,3}(?:['\u2019 \u00a0]\\d{3})+(?:,\\d*)?|[-+]?\\d{1,3}(?:[.]\\d{3})+,\\d*"),
-}
-"""Numbers with marks between thousands, by the decimal sign; 1,193 alone may be either and is not one of them."""
-EMPTY_CELLS = frozenset({"", "nan", "na", "n/a", "null", "none", "-", "#n/a"})
 
 
 def as_number(cell: str, decimal: str) -> str:
@@ -108,11 +109,6 @@ def find_decimal(cells: Sequence[str]) -> str:
     ]
     commas = sum(cell.rfind(",") > cell.rfind(".") for cell in numbers)
     return "," if 2 * commas > len(numbers) else "."
-
-
-DATES = ("%d.%m.%Y", "%d.%m.%y", "%m/%d/%Y", "%d/%m/%Y", "%Y/%m/%d", "%m/%d/%y", "%d/%m/%y")
-CLOCKS = ("%H:%M:%S.%f", "%H:%M:%S,%f", "%H:%M:%S", "%H:%M", "%I:%M:%S %p", "%I:%M %p")
-DAY = 86400.0
 
 
 def seconds(cells: Sequence[str]) -> Array | None:
