@@ -12,8 +12,7 @@ from postproc.effects.roles import Role
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import evaluate, fit_model
 from postproc.identification.trends import Trend, residual_trends
-from postproc.measure.errors import distances
-from postproc.measure.iso9283 import Iso9283, iso9283
+from postproc.measure.errors import Iso9283, distances, iso9283
 from postproc.measure.measurements import Measurements
 from postproc.measure.observations import Observation
 from postproc.model.arm import Model

@@ -8,7 +8,7 @@ from postproc.estimation.findings import larger_noise, standing_out
 from postproc.estimation.fitted import Fit
 from postproc.estimation.problem import weighed_by
 from postproc.measure.checks.repeats import scatters
-from postproc.measure.significance import CHANCE, chance_of_excess
+from postproc.measure.errors import CHANCE, chance_of_excess
 
 MATTERING_RATIO = 1.5
 """Residual variance over that of the noise below which nobody would notice that more is left."""

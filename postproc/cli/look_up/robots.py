@@ -42,7 +42,7 @@ def show(name: str, /, *, json: Flag = False) -> None:
 
 def _of_backup(folder: Path) -> Robot:
     """Return the only arm of a backup, with the joint compliances of its controller where it states some."""
-    from postproc.model.from_controller import controller_model
+    from postproc.model.controller import controller_model
     from postproc.robot.catalogue import describe_robot
     from postproc.robot.type_names import library_name
     from postproc.settings import read_station

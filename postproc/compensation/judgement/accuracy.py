@@ -13,7 +13,7 @@ from postproc.compensation.correction.deviation import away_from_curves
 from postproc.compensation.path.motion import Motion
 from postproc.diagnostics import Diagnostic, Source
 from postproc.model.arm import Model
-from postproc.model.controller_part import unknown_loads
+from postproc.model.controller import unknown_loads
 from postproc.model.scatter import remaining_fraction
 from postproc.model.uncertainty import beyond_range, predict_sigma
 from postproc.model.undetermined import Undetermined, undetermined_under_load

@@ -23,9 +23,8 @@ from postproc.identification.planning.design import separate, sharpen
 from postproc.identification.planning.room import FULL_RANGE, Room
 from postproc.identification.refits import refit_all
 from postproc.measure.measurements import Measurements
-from postproc.model.arm import Model
+from postproc.model.arm import Model, as_written, with_axes
 from postproc.model.equilibrium import predict
-from postproc.model.reference import as_written, with_axes
 
 CANDIDATES = 3000
 TELLING_SIGMAS = 5.0

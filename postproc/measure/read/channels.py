@@ -11,19 +11,19 @@ from postproc.arrays import Array
 from postproc.channels.state import State
 from postproc.measure.read import columns as names
 from postproc.measure.read.lookup import Table
-from postproc.measure.read.values.units import fitting
+from postproc.measure.read.values import fitting
 
 MOST_LEVELS = 12
 """A column of more different words holds names or remarks, one of more numbers a quantity."""
 
 
-def own_channels(table: Table) -> dict[str, Array]:
+def channels_of(table: Table) -> dict[str, Array]:
     """Return the channels (n,) of the table's own columns, by name; what is left out is reported (DAT015).
 
     A column of numbers without gaps is one channel, by its name. A column of at most 12 words is one for each word,
     ``column=word``: 1 where the word stands, else 0.
     """
-    found: dict[str, Array] = {}
+    channels: dict[str, Array] = {}
     header, cells = table.cells.header, table.cells
     _report_orientations(table)
     for name, mapped in table.place.items():
@@ -31,7 +31,7 @@ def own_channels(table: Table) -> dict[str, Array]:
             continue
         levels = _levels(table, name, mapped.name)
         column = None if levels else table.column(name)
-        found |= levels if column is None else {name: column}
+        channels |= levels if column is None else {name: column}
     taken = {header[cells.at(mapped.name)] for mapped in table.place.values()}
     taken |= {header[cells.at(mapped.minus)] for mapped in table.place.values() if mapped.minus is not None}
     taken |= table.layout.orientation_columns
@@ -55,16 +55,16 @@ def own_channels(table: Table) -> dict[str, Array]:
             meant = f'sigma_mm = {{ name = "{name}", unit = "{unit}", factor = 0.5 }}'
             table.say("DAT015", "info", what, f"with a coverage factor of 2 (95 %), a column map reads it: {meant}")
         if np.isfinite(values).all():
-            found[name] = values
+            channels[name] = values
         elif levels := _levels(table, name, name):
-            found |= levels
+            channels |= levels
         else:
             what, help_ = "empty cells", "a channel needs a number in every row"
             if table.has_words(name):
                 what = f"more than {MOST_LEVELS} different words"
                 help_ = "names of poses belong into `pose_id`, those of sessions into `session`"
             table.say("DAT015", "info", f"column `{name}` holds {what} and is not used", help_)
-    return found
+    return channels
 
 
 def _report_orientations(table: Table) -> None:
@@ -88,15 +88,15 @@ def _levels(table: Table, name: str, theirs: str | int) -> dict[str, Array]:
     Args:
         name: of the channel; theirs: header or number of the column in the table.
     """
-    told = np.array(table.cells.text(theirs))  # "none" is a word among others here
-    levels = list(dict.fromkeys(told[told != ""].tolist()))
+    words = np.array(table.cells.text(theirs))  # "none" is a word among others here
+    levels = list(dict.fromkeys(words[words != ""].tolist()))
     if len(levels) > MOST_LEVELS or not table.has_words(theirs):
         return {}
-    if len(set(told.tolist())) > 1:
+    if len(set(words.tolist())) > 1:
         listed = ", ".join(f"`{name}={level}`" for level in levels)
         message = f"column `{table.cells.header[table.cells.at(theirs)]}` holds words: {listed} are channels"
         table.say("DAT015", "info", message, "1 where the word stands and 0 elsewhere")
-    return {f"{name}={level}": (told == level).astype(float) for level in levels}
+    return {f"{name}={level}": (words == level).astype(float) for level in levels}
 
 
 def row_order(state: State, labels: Sequence[str] = ()) -> dict[str, Array]:
@@ -111,7 +111,7 @@ def row_order(state: State, labels: Sequence[str] = ()) -> dict[str, Array]:
     if "row" in state.channels:
         return {}
     parts = [re.fullmatch(r"(.*?)(\d{1,9})", label) for label in labels]
-    told = np.array([float(part[2]) for part in parts if part])
-    if len(told) == len(state) and len({part and part[1] for part in parts}) == 1 and (np.diff(told) > 0).all():
-        return {"row": told}
+    numbers = np.array([float(part[2]) for part in parts if part])
+    if len(numbers) == len(state) and len({part and part[1] for part in parts}) == 1 and (np.diff(numbers) > 0).all():
+        return {"row": numbers}
     return {"row": np.arange(1.0, len(state) + 1)}

@@ -1,7 +1,8 @@
-"""What a controller corrects by itself (Absolute Accuracy): the part of a model that it inverts before it moves.
+"""What a controller knows: the part of a model that it corrects by itself, and the model that its configuration gives.
 
-The arm is told to go to P. Its controller commands joints q with FK_C(q) = P, where FK_C has the parts that it knows;
-the real arm then stands at FK_M(q), with all of the model. What is left to correct is the difference of the two.
+The arm is told to go to P. Its controller commands joints q with FK_C(q) = P, where FK_C has the parts that it knows
+(Absolute Accuracy); the real arm then stands at FK_M(q), with all of the model. What is left to correct is the
+difference of the two.
 """
 
 from __future__ import annotations
@@ -15,13 +16,22 @@ from postproc.channels.state import State
 from postproc.diagnostics import PostprocError, did_you_mean
 from postproc.effects.asking import displacement_of, load_of
 from postproc.effects.base import Effect
+from postproc.effects.registry import effect_in_role
+from postproc.effects.roles import Role
 from postproc.model.arm import Model
 from postproc.model.chain import deflected_chain
+from postproc.robot.catalogue import load_robot
+from postproc.robot.controller import Calibration
 
 PARTS = ("geometry", "gravity", "force", "tool", "inertia")
 """Constant errors of the arm; its deflection under its own weight, process force, tool and grip load, acceleration."""
 _LOADS = ("gravity", "force", "tool", "inertia")
 _PROBE = np.array([[0.3, -0.4, 0.5, 0.6, 0.7, -0.8], [-0.9, 0.2, -0.3, -0.5, 1.1, 0.4]])
+FAR_FACTOR = 10.0
+"""A compliance farther from what is usual for the joint than by this factor is in another unit, or of another joint."""
+SOFTEST = 1e-3  # [rad/(N m)], where nobody says what is usual
+STIFFNESS = "joints.stiffness_Nm_per_rad"
+UNREAD = "absolute_accuracy.unread"
 
 
 def check_parts(parts: Sequence[str]) -> tuple[str, ...]:
@@ -107,3 +117,45 @@ def _known(model: Model, effect: Effect, parts: Sequence[str]) -> bool:
         return False
     columns = [x for x in (share.joint, *share.body.values()) if x is not None]
     return all(np.ndim(x) == 1 or bool((x == x[0]).all()) for x in columns)
+
+
+def controller_model(robot_name: str, calibration: Calibration | None) -> Model:
+    """Return the arm with the joint compliances of its Absolute Accuracy calibration; other joints take the library's.
+
+    ``robot.sources`` says where each number comes from and which entries are not used.
+
+    Raises:
+        PostprocError: KIN018, there is no calibration, or a value in it is no compliance; those of `load_robot`.
+    """
+    robot = load_robot(robot_name)
+    if calibration is None:
+        text = "the controller's configuration has no joint compliances (`Compl` of JOINT_CALIB)"
+        help_ = "only a backup of an arm with Absolute Accuracy has them: name a program in it, or `--cell BACKUP`"
+        raise PostprocError.of("KIN018", text, help=help_, exit_code=1)
+    usual = robot.joint_compliance
+    compliance = np.zeros(6) if usual is None else usual.copy()
+    for joint, value in calibration.compliance.items():
+        least, most = (0.0, SOFTEST) if usual is None else (usual[joint] / FAR_FACTOR, usual[joint] * FAR_FACTOR)
+        if not least < value < most:
+            text = f"`Compl {value:g}` of `{calibration.entries[joint]}` in JOINT_CALIB is no compliance in rad/(N m)"
+            help_ = f"it would have to be between {least:.1g} and {most:.1g}: give a fitted model with -m"
+            raise PostprocError.of("KIN018", text, help=help_, exit_code=1)
+        compliance[joint] = value
+    sources = {**robot.sources, STIFFNESS: _source(calibration, usual is not None)}
+    sources[UNREAD] = ", ".join(calibration.unread)
+    kind = "controller"
+    robot = replace(robot, joint_compliance=compliance, stiffness_source=kind, stiffness_factor=None, sources=sources)
+    springs = effect_in_role(Role.JOINT_SPRINGS).null().with_vector(compliance)
+    return Model(robot, (springs,), robot_name=robot_name, stiffness_source=kind)
+
+
+def _source(calibration: Calibration, library: bool) -> str:
+    """Say in one sentence where the compliance of each joint comes from.
+
+    Args:
+        library: the library knows compliances for the joints without an entry; else these are rigid.
+    """
+    read = ", ".join(f"joint {j + 1} (`{entry}`)" for j, entry in sorted(calibration.entries.items()))
+    others = " and ".join(str(j + 1) for j in range(6) if j not in calibration.entries)
+    origin = "as the library has it" if library else "rigid, for nobody says"
+    return f"JOINT_CALIB in the controller's MOC.cfg: {read}" + (f"; joint {others}: {origin}" if others else "")

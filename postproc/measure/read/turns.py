@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from postproc.arrays import Array
 from postproc.measure.checks.readings import CLEARER
 from postproc.measure.read.layout import QUATERNIONS
-from postproc.measure.read.values.units import UNITS
+from postproc.measure.read.values import UNITS
 
 USUAL = ("xyz", "ZYX", "ZYZ", "rotvec")
 TRIPLES = ["".join(axes) for axes in product("xyz", repeat=3) if axes[0] != axes[1] != axes[2]]
@@ -67,7 +67,8 @@ class Turns:
             R_base_flange: (n, 3, 3); R_instrument_base: (3, 3), None where unknown.
         """
         flange = Rotation.from_matrix(R_base_flange)
-        best, found = min(LARGEST_FLANGE_TURN_RAD, (self.off(R_base_flange, R_instrument_base) or 0.0) / CLEARER), None
+        as_read = self.off(R_base_flange, R_instrument_base) or 0.0
+        best, reading = min(LARGEST_FLANGE_TURN_RAD, as_read / CLEARER), None
         four = self.numbers.shape[1] == 4
         units = (self.unit,) if four else (self.unit, "deg" if self.unit == "rad" else "rad")
         # What is less usual comes later and must be clearly better: turned round, some orders are others not so.
@@ -75,10 +76,10 @@ class Turns:
             turns = _read(self.numbers * (UNITS[unit] / UNITS[self.unit]), form)
             off = _off(turns.inv() if inverse else turns, flange, R_instrument_base)
             if off is not None and off < best:
-                best, found = off / 2, (form, unit, inverse, off)
-        if found is None:
+                best, reading = off / 2, (form, unit, inverse, off)
+        if reading is None:
             return None
-        form, unit, inverse, off = found
+        form, unit, inverse, off = reading
         what = f"`{form}`" + (f" in {unit}" if unit != self.unit else "") + (", turned round" if inverse else "")
         stated = f', unit = "{unit}"' if (not four and form != "rotvec") or unit != self.unit else ""
         help_ = f'give a column map: [orientation] with columns = {list(self.columns)}, form = "{form}"{stated}'
