@@ -17,7 +17,7 @@ from postproc.compensation.text.slots import amounts_of
 from postproc.compensation.text.values import Change, Insertion, TargetValue
 from postproc.diagnostics import Source
 from postproc.grouping import grouped
-from postproc.rapid.evaluation.literals import numbers_of
+from postproc.rapid.evaluation.declared import numbers_of
 from postproc.rapid.program.program import Program
 from postproc.rapid.syntax.edits import Edit, edited
 from postproc.rapid.syntax.expressions import read_whole_expression

@@ -8,10 +8,9 @@ from postproc.arrays import Array, blocks
 from postproc.diagnostics import PostprocError
 from postproc.robot.arm import Opw, Robot
 from postproc.robot.closed_form import inverse
-from postproc.robot.configuration import branch
+from postproc.robot.configuration import branch, wrist_place
 from postproc.robot.inverse import TAUGHT_WRIST
 from postproc.robot.kinematics import forward, jacobian
-from postproc.robot.opw import wrist_place
 from postproc.robot.pose import pose_error
 
 ARM_SINGULAR = 1e-3

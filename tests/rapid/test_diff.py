@@ -9,10 +9,9 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from postproc.rapid.diff.align import aligned
 from postproc.rapid.diff.compare import ProgramDiff, compare_programs
 from postproc.rapid.diff.difference import Difference
-from postproc.rapid.diff.pairing import UNPAIRED_COST, cheapest_pairs
+from postproc.rapid.diff.pairing import UNPAIRED_COST, aligned, cheapest_pairs
 from postproc.report.terminal import render_text
 from postproc.results.difference import difference_document
 from tests.rapid.build import UNUSED, module, program, target

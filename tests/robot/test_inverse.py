@@ -12,10 +12,9 @@ import pytest
 from postproc.robot.arm import Robot
 from postproc.robot.catalogue import load_robot
 from postproc.robot.closed_form import inverse
-from postproc.robot.configuration import branch, confdata
+from postproc.robot.configuration import branch, confdata, derive
 from postproc.robot.inverse import JointSolution, beyond_limits, joint_solution, nearest_solution, selects
 from postproc.robot.kinematics import forward
-from postproc.robot.opw import derive
 from postproc.robot.track import track
 from tests.build import refused
 from tests.independent import arm as A

@@ -10,7 +10,7 @@ from postproc.compensation.text.values import Form, TargetRequest
 from postproc.diagnostics import Source, Span
 from postproc.rapid.data.events import MotionEvent, Origin, StatementKey
 from postproc.rapid.execution.interpreter import MAX_CALLS
-from postproc.rapid.motions.regressors import DATA_NAME
+from postproc.rapid.motions.events_of import DATA_NAME
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.references import Use, declaration_uses
 from postproc.rapid.syntax.expressions import read_whole_expression

@@ -9,8 +9,8 @@ from operator import is_, is_not
 from postproc.rapid.data.values import Data, Value, as_type
 from postproc.rapid.evaluation.memory import Binding, Memory, Path, Reference, part_of
 from postproc.rapid.evaluation.teaching import SET_BY_PROGRAM, alike
-from postproc.rapid.program.instructions import SETTERS
 from postproc.rapid.program.program import Program
+from postproc.rapid.program.signatures import SETTERS
 from postproc.rapid.program.statement_effects import UNSEEN
 from postproc.rapid.syntax.nodes import Declaration
 from postproc.rapid.syntax.trees import Expression

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 from postproc.rapid.data.arm import call_by_arm
-from postproc.rapid.data.predefined import PREDEFINED
+from postproc.rapid.data.builtins import PREDEFINED
 from postproc.rapid.data.records import Pose
 from postproc.rapid.data.values import Data, Fields, Value
 from postproc.rapid.evaluation.declared import DeclaredValues

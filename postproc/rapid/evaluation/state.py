@@ -10,7 +10,7 @@ from postproc.rapid.data.records import LoadData, Pose
 from postproc.rapid.data.values import Data, to_load, to_pose
 from postproc.rapid.evaluation.memory import Memory
 from postproc.rapid.program.arguments import Piece
-from postproc.rapid.program.instructions import SETTERS, STATE_OF_INSTRUCTION
+from postproc.rapid.program.signatures import SETTERS, STATE_OF_INSTRUCTION
 from postproc.rapid.unknown import Kind, Unknown, assumed_for, joined_causes, without_causes
 
 # The smallest mass a loaddata may have; load0 has it, and it stands for nothing at all.

@@ -23,8 +23,8 @@ from postproc.rapid.execution.path_splitting import Ends, Place, SplitBranches
 from postproc.rapid.motions.events_of import EventMaker
 from postproc.rapid.motions.recorder import Recorder
 from postproc.rapid.program.arguments import Piece
-from postproc.rapid.program.instructions import STATE_OF_INSTRUCTION
 from postproc.rapid.program.program import Program, statements_of
+from postproc.rapid.program.signatures import STATE_OF_INSTRUCTION
 from postproc.rapid.program.statement_effects import UNSEEN, StatementEffect
 from postproc.rapid.syntax.nodes import Routine, Statement
 from postproc.rapid.unknown import Kind, Unknown

@@ -9,16 +9,15 @@ from dataclasses import dataclass, replace
 from postproc.diagnostics import Span
 from postproc.rapid.data.events import MotionStatement, StatementKey
 from postproc.rapid.data.values import Data, Value, as_type, single
-from postproc.rapid.evaluation.accessor import Accessor
+from postproc.rapid.evaluation.accessor import Accessor, bound_frame
 from postproc.rapid.evaluation.assign import assume, forget
-from postproc.rapid.evaluation.call_binding import bound_frame
 from postproc.rapid.evaluation.declared import DeclaredValues
 from postproc.rapid.evaluation.memory import CallFrame, Memory, Reference
 from postproc.rapid.evaluation.state import run_state_instruction
 from postproc.rapid.program.arguments import BY_REFERENCE, Piece, argument_name, paired, read_arguments
-from postproc.rapid.program.instructions import COUNTING, KNOWN_INSTRUCTIONS, MOVING, READ_ONLY, STATE_OF_INSTRUCTION
 from postproc.rapid.program.late_binding import BY_NAME, LATE, LateCall, late_call
 from postproc.rapid.program.program import Program
+from postproc.rapid.program.signatures import COUNTING, KNOWN_INSTRUCTIONS, MOVING, READ_ONLY, STATE_OF_INSTRUCTION
 from postproc.rapid.program.statement_effects import NO_EFFECT, StatementEffect
 from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.nodes import Routine, Statement

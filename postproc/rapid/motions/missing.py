@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from postproc.diagnostics import Diagnostic, Matter, Severity, Source, Span
+from postproc.rapid.data.builtins import PREDEFINED
 from postproc.rapid.data.events import Argument, MotionEvent, MotionStatement
-from postproc.rapid.data.predefined import PREDEFINED
 from postproc.rapid.data.records import SpeedData
 from postproc.rapid.data.values import Data, to_zone
 from postproc.rapid.program.program import Program

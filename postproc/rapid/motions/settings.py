@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 from postproc.diagnostics import Diagnostic
+from postproc.rapid.data.builtins import PREDEFINED
 from postproc.rapid.data.events import Argument, MotionStatement, StatementShape
-from postproc.rapid.data.predefined import PREDEFINED
 from postproc.rapid.data.records import LoadData, SpeedData, ToolData, Weld, WobjData, ZoneData
 from postproc.rapid.data.values import Data, Value, to_load, to_speed, to_tool, to_wobj, to_zone
-from postproc.rapid.evaluation.call_binding import passed_on
+from postproc.rapid.evaluation.accessor import passed_on
 from postproc.rapid.evaluation.evaluate import evaluate
 from postproc.rapid.evaluation.memory import Memory
 from postproc.rapid.motions.missing import UNKNOWN_SPEED, UNKNOWN_ZONE, Missing

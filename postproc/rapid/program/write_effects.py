@@ -7,11 +7,17 @@ from functools import cached_property
 
 from postproc.diagnostics import Span
 from postproc.rapid.program.from_the_arm import FromTheArm
-from postproc.rapid.program.function_effects import acting_functions
-from postproc.rapid.program.instructions import SETTERS
 from postproc.rapid.program.program import Program, statements_in, statements_of
 from postproc.rapid.program.scopes import is_shared, shared_name
-from postproc.rapid.program.statement_effects import NO_EFFECT, UNSEEN, CalledWith, EffectReader, StatementEffect
+from postproc.rapid.program.signatures import SETTERS
+from postproc.rapid.program.statement_effects import (
+    NO_EFFECT,
+    UNSEEN,
+    CalledWith,
+    EffectReader,
+    StatementEffect,
+    acting_functions,
+)
 from postproc.rapid.syntax.nodes import Declaration, Routine, Statement
 
 _GOES_ON = (b"retry", b"trynext", b"return")  # how a handler begins a statement behind which the program goes on

@@ -6,7 +6,6 @@ import re
 
 from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.rapid.syntax import patterns
-from postproc.rapid.syntax.cursor import text
 from postproc.rapid.syntax.nodes import Declaration, Module, Record, Routine, RoutineParameter
 from postproc.rapid.syntax.statements import (
     BLOCK_ENDS,
@@ -15,6 +14,7 @@ from postproc.rapid.syntax.statements import (
     ROUTINE_ENDS,
     ROUTINE_WORDS,
     StatementReader,
+    text,
 )
 from postproc.rapid.syntax.tokens import skip
 
