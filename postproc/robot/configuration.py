@@ -129,7 +129,7 @@ def confdata(robot: Robot, q: Array) -> NDArray[np.int64]:
     return np.concatenate([turns, branch(opw, q)[..., None]], axis=-1)
 
 
-def outside_quadrants(q: Array, conf: NDArray[np.int64]) -> Array:
+def quadrant_excess(q: Array, conf: NDArray[np.int64]) -> Array:
     """Return (n,) how far [rad] axes 1, 4, 6 of joint angles (n, 6) are outside the quadrants of confdata, at most.
 
     Negative inside. ``conf``: (n, 4), of which cfx does not count.

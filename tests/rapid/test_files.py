@@ -140,5 +140,5 @@ def test_statements_of_one_shape_say_where_their_own_arguments_stand() -> None:
     for statement in program.statements:
         name = len(statement.source.data[slice(*statement.span)].split()[0].rstrip(b";"))
         pieces = read_arguments(text, statement.span[0] + name, statement.span[1])
-        assert [(a.span, a.whole) for a in statement.arguments] == [(span, whole) for _, span, whole in pieces]
+        assert [(a.span, a.full_span) for a in statement.arguments] == [(span, whole) for _, span, whole in pieces]
         assert [text[slice(*a.span)].decode() for a in statement.arguments] == [a.text for a in statement.arguments]

@@ -51,7 +51,7 @@ def test_editing_one_number_changes_that_number_only(end: bytes, mark: bytes, co
     found = read_program(Source("a.mod", data))
     event = walk_program(found).events[0]
     assert event.target_origin.spans is not None
-    numbers = literal(data, *event.target_origin.spans.whole)
+    numbers = literal(data, *event.target_origin.spans.span)
     assert numbers is not None
     start, stop = numbers.span(2)
     assert data[start:stop] == b"-2.25"

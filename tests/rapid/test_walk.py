@@ -36,7 +36,7 @@ def test_a_branch_that_was_followed_apart_is_not_followed_again() -> None:
     choices, place = SplitBranches(), ("weld.mod", 5)
     choices.met(place, {0: {"m..n": 1.0}, 1: {"m..n": 2.0}}, {"m..n"}, [{"m..n"}, {"m..n"}], False)
     assert choices.lacking(lacks) == {place: (0, 1)}
-    assert SplitBranches({place: 0}, choices.found).lacking(lacks) == {}
+    assert SplitBranches({place: 0}, choices.choices).lacking(lacks) == {}
 
 
 def test_a_chosen_entry_and_a_chosen_constant() -> None:
@@ -78,7 +78,7 @@ def test_too_many_elements_are_left() -> None:
 def test_reasons_are_values_that_can_be_sent_to_another_process() -> None:
     last = events("SearchL di1,r,p,v5,tool0; MoveL r,v5,z0,tool0;", P + "VAR robtarget r;")[-1]
     copy = pickle.loads(pickle.dumps(last.unknowns[0]))
-    assert last.searched and (copy.kind, copy.reason) == (Kind.FOUND_BY_SEARCH, last.reason)
+    assert last.searched and (copy.kind, copy.reason) == (Kind.SEARCH_RESULT, last.reason)
 
 
 def test_blocks_that_are_nested_too_deeply_are_reported() -> None:

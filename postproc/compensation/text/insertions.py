@@ -184,7 +184,7 @@ class DivisibleMoves:
         """Whether a statement is an instruction that neither moves the arm nor writes what a line depends on."""
         if statement.kind != "call" or statement.word not in _BETWEEN:
             return False
-        effect = self.changes.direct.own(statement, routine)
+        effect = self.changes.direct.of_statement(statement, routine)
         return not effect.calls and self.changes.of_one(statement, routine) <= _DRIVING
 
     def _goes_on_behind_errors(self, routine: Routine) -> bool:

@@ -95,7 +95,7 @@ def string_part(text: Data, position: float, length: float) -> str:
     return text[begin : begin + int(length)]
 
 
-def whole_text(value: Data) -> str:
+def integer_text(value: Data) -> str:
     """ValToStr of a whole number below 1e6, as digits without decimals.
 
     Raises:
@@ -155,7 +155,7 @@ FUNCTIONS: Mapping[str, tuple[str, Callable[..., Data]]] = {
     "strlen": ("num", lambda s: float(len(s))),
     "strpart": ("string", string_part),
     "numtostr": ("string", number_text),
-    "valtostr": ("string", whole_text),
+    "valtostr": ("string", integer_text),
     "numtodnum": ("dnum", float),
     "dnumtonum": ("num", float),
 }

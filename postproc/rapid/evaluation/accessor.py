@@ -12,7 +12,7 @@ from postproc.rapid.evaluation.assign import forget, set_data, store
 from postproc.rapid.evaluation.evaluate import evaluate
 from postproc.rapid.evaluation.memory import Binding, CallFrame, Memory, Reference, part_of
 from postproc.rapid.program.arguments import BY_REFERENCE, Piece, argument_name, paired
-from postproc.rapid.syntax.expressions import read_whole_expression
+from postproc.rapid.syntax.expressions import read_full_expression
 from postproc.rapid.syntax.nodes import Routine, RoutineParameter
 from postproc.rapid.syntax.trees import Expression
 from postproc.rapid.unknown import Assumed, Kind, Unknown, assumed_for, joined_causes, without_causes
@@ -36,7 +36,7 @@ class Accessor:
         source = memory.frame.routine.source
         tree = self.trees.get((source.path, span))
         if tree is None:
-            tree = read_whole_expression(source.data, *span)
+            tree = read_full_expression(source.data, *span)
             if len(self.trees) < MAX_TREES:
                 self.trees[source.path, span] = tree
         return tree
@@ -132,7 +132,7 @@ def bound_frame(routine: Routine, pieces: Sequence[Piece], memory: Memory, tree:
     ``\Opt?name`` passes a parameter on only if the caller got it.
 
     Args:
-        pieces: arguments of the call (option, span of expression, span of whole) in the file of the calling routine.
+        pieces: arguments of the call (option, span of expression, full span) in the file of the calling routine.
         tree: reads the expression at a span.
     """
     frame = CallFrame(routine, caller=memory.frame, conditional=memory.conditional, supposed=memory.frame.supposed)

@@ -10,10 +10,10 @@ from math import hypot, isfinite
 from postproc.diagnostics import Source, Span
 from postproc.rapid.data.records import NO_AXES, Ax6, Quat, RobTarget
 from postproc.rapid.data.values import Data, Value, as_type, known_records, to_conf, to_quat, zero
-from postproc.rapid.evaluation.evaluate import Scope, evaluate, whole
+from postproc.rapid.evaluation.evaluate import Scope, as_integer, evaluate
 from postproc.rapid.program.program import Program
 from postproc.rapid.syntax import patterns
-from postproc.rapid.syntax.expressions import number, read_whole_expression
+from postproc.rapid.syntax.expressions import number, read_full_expression
 from postproc.rapid.syntax.nodes import Declaration
 from postproc.rapid.syntax.spans import TargetSpans, literal, literal_parts
 from postproc.rapid.syntax.tokens import number_text
@@ -146,7 +146,7 @@ class DeclaredValues:
             numbers = read_literal_numbers(declaration.source.data, *span)
             if numbers is not None:
                 return Value(numbers, declaration.type, rank, declaration.key)
-        tree = read_whole_expression(declaration.source.data, *span, f"the value of `{declaration.name}`")
+        tree = read_full_expression(declaration.source.data, *span, f"the value of `{declaration.name}`")
         value = evaluate(tree, home(declaration))
         data = as_type(value.data, declaration.type)
         return Value(data, declaration.type, rank, declaration.key, assumed=value.assumed)
@@ -163,12 +163,12 @@ class DeclaredValues:
         data = self.zeros[kind]
         total = 1
         for span in reversed(declaration.dims):
-            tree = read_whole_expression(declaration.source.data, *span, f"the size of `{declaration.name}`")
+            tree = read_full_expression(declaration.source.data, *span, f"the size of `{declaration.name}`")
             size = evaluate(tree, home(declaration)).data
-            total *= max(1, whole(size))
+            total *= max(1, as_integer(size))
             if total > MAX_ELEMENTS:
                 raise Unknown(Kind.TOO_LARGE, declaration.name)
-            data = (data,) * whole(size)
+            data = (data,) * as_integer(size)
         return data
 
     def part_span(self, declaration: Declaration, indices: tuple[int, ...]) -> Span | None:

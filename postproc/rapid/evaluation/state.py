@@ -108,7 +108,7 @@ def _displacement(pieces: Sequence[Piece], plain: Sequence[Span], rotated: bool,
     """
     executed = next((span for option, span, _ in pieces if option == "\\exep"), None)
     if executed is None:
-        raise Unknown(Kind.DISPLACED_FROM_HERE)
+        raise Unknown(Kind.DISPLACED_FROM_POSITION)
     moved, programmed = value(executed), value(plain[0])
     a, b = to_pose(moved[:2]), to_pose(programmed[:2])
     return pose_mult(a, pose_inv(b)) if rotated else Pose(subtract(a.trans, b.trans))

@@ -284,7 +284,7 @@ class Interpreter(ABC):
     def move(self, motion: MotionStatement, memory: Memory) -> None:
         """Run a motion: data in which a search stores the position that it finds becomes unknown."""
         for result in motion.results:
-            self.data.assign(result.span, Unknown(Kind.FOUND_BY_SEARCH, f"`{result.text}`"), memory)
+            self.data.assign(result.span, Unknown(Kind.SEARCH_RESULT, f"`{result.text}`"), memory)
 
     def run_unseen(self, statement: Statement, arguments: int | None, memory: Memory) -> None:
         """Note that a call of code in none of the files may have moved the arm.

@@ -72,7 +72,7 @@ def walk_program(program: Program, entry: str | None = None, added: AddedMotions
     for routine in uncalled:
         if routine.key not in run.entered:
             _start(run, routine, unknown)
-    _follow_rest(run, unknown)
+    _follow_unreached(run, unknown)
     if entry is not None:  # all after that was for nothing but whether the same statements run with other targets
         targets = {event.statement.key: event.target for event in run.recorder.events[:count]}
         others = {e.statement.key for e in run.recorder.events[count:] if targets.get(e.statement.key) != e.target}
@@ -116,7 +116,7 @@ def forgiven(finding: Diagnostic) -> Diagnostic:
     return replace(finding, severity="warning") if finding.severity == "error" else finding
 
 
-def _follow_rest(run: AllWays, unknown: Mapping[str, Data]) -> None:
+def _follow_unreached(run: AllWays, unknown: Mapping[str, Data]) -> None:
     """Follow traps and handlers, then routines with motions or calls that have not been reached.
 
     Args:

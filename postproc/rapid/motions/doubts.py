@@ -13,7 +13,7 @@ from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.data.records import RobTarget
 from postproc.rapid.evaluation.declared import ROUNDED_NORM, numbers_of
 from postproc.rapid.program.program import Program
-from postproc.rapid.syntax.expressions import read_whole_expression
+from postproc.rapid.syntax.expressions import read_full_expression
 from postproc.rapid.syntax.spans import literal
 from postproc.rapid.syntax.trees import Aggregate, Expression, Number
 from postproc.rapid.unknown import Unknown
@@ -64,7 +64,7 @@ def rough_frames(program: Program) -> Iterator[Diagnostic]:
     for declaration in program.declarations:
         if declaration.type.lower() in FRAMED and declaration.init is not None:
             try:
-                tree = read_whole_expression(declaration.source.data, *declaration.init)
+                tree = read_full_expression(declaration.source.data, *declaration.init)
             except Unknown:
                 continue
             for quaternion in _quaternions(tree):
@@ -95,10 +95,10 @@ def rough_orientations(events: Sequence[MotionEvent]) -> Iterator[Diagnostic]:
     for event in events:
         for origin in (event.target_origin, event.via_origin):
             spans = origin.spans if origin is not None else None
-            if spans is None or not spans.rough or (spans.source.path, spans.whole[0]) in seen:
+            if spans is None or not spans.rough or (spans.source.path, spans.span[0]) in seen:
                 continue
-            seen.add((spans.source.path, spans.whole[0]))
-            match = literal(spans.source.data, *spans.whole)
+            seen.add((spans.source.path, spans.span[0]))
+            match = literal(spans.source.data, *spans.span)
             if match is not None:
                 length = math.hypot(*numbers_of(match)[3:7])
                 yield _rough("the orientation", length, spans.source, (match.start(4), match.end(7)))

@@ -24,7 +24,7 @@ from postproc.rapid.motions.settings import MotionSettings, SettingsReader
 from postproc.rapid.motions.targets import RUNTIME, Targets
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.signatures import SETTERS
-from postproc.rapid.syntax.expressions import read_whole_expression
+from postproc.rapid.syntax.expressions import read_full_expression
 from postproc.rapid.syntax.tokens import identifiers
 from postproc.rapid.syntax.trees import Call, Component, Expression, Index, Name, Number
 from postproc.rapid.unknown import Causes, Kind, Unknown, joined_causes, without_causes
@@ -52,13 +52,13 @@ def named_numbers(statement: MotionStatement, origin: Origin, memory: Memory) ->
     data = statement.source.data
     for written in (data[slice(*statement.span_of("to"))], *frames):
         try:
-            terms += _terms(read_whole_expression(written, 0, len(written)), written, memory)
+            terms += _terms(read_full_expression(written, 0, len(written)), written, memory)
         except Unknown:
             continue
     numbers = {}
     for text, tree in terms:
         try:
-            value = evaluate(tree, memory.aside())
+            value = evaluate(tree, memory.trial_copy())
         except Unknown:
             continue
         if value.type == "num" and isinstance(value.data, float):

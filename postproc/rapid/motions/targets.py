@@ -18,9 +18,9 @@ from postproc.rapid.data.records import JointTarget, Pose, RobTarget, Vec3
 from postproc.rapid.data.values import Data, Value, to_jointtarget, to_robtarget
 from postproc.rapid.evaluation.assign import store
 from postproc.rapid.evaluation.declared import read_literal_target
-from postproc.rapid.evaluation.evaluate import evaluate, whole
+from postproc.rapid.evaluation.evaluate import as_integer, evaluate
 from postproc.rapid.evaluation.memory import Memory, Reference
-from postproc.rapid.syntax.expressions import read_whole_expression
+from postproc.rapid.syntax.expressions import read_full_expression
 from postproc.rapid.syntax.nodes import Declaration
 from postproc.rapid.syntax.trees import Aggregate, Call, Component, Expression, Index, Name, Star, nodes
 from postproc.rapid.unknown import Kind, Unknown
@@ -42,13 +42,13 @@ class Targets:
             literal = read_literal_target(source, *span) if source.data[span[0] : span[0] + 1] == b"[" else None
             if literal is not None:
                 return literal[0], Origin("inline", literal[1])
-            tree = read_whole_expression(source.data, *span, "the target")
+            tree = read_full_expression(source.data, *span, "the target")
         except Unknown as error:
             return error.kept(), RUNTIME
         if isinstance(tree, Star):
             return Unknown(Kind.STAR), Origin("star")
         declaration = _named(tree, memory)
-        before = memory.aside() if isinstance(tree, Call) and self.rooted else memory
+        before = memory.trial_copy() if isinstance(tree, Call) and self.rooted else memory
         try:
             plain = declaration is not None and isinstance(tree, Name) and tree.name not in memory.frame.bindings
             if declaration is not None and plain and memory.is_initial(declaration):
@@ -75,7 +75,7 @@ class Targets:
         try:
             while isinstance(tree, Call) and tree.arguments:
                 inner = tree.arguments[0]
-                copy = memory.aside()
+                copy = memory.trial_copy()
                 outer, (target, origin) = target, self._of_value(evaluate(inner, copy), copy)
                 function = memory.program.routine(tree.name, memory.frame.routine.module) is not None
                 if tree.name == "reltool" and not function:
@@ -136,7 +136,7 @@ class Targets:
         """The jointtarget (or why there is none, as Unknown) at a byte span, and the origin of its value."""
         declaration = None
         try:
-            tree = read_whole_expression(source.data, *span, "the target")
+            tree = read_full_expression(source.data, *span, "the target")
             if isinstance(tree, Star):
                 return Unknown(Kind.STAR), Origin("star")
             declaration = _named(tree, memory)
@@ -178,7 +178,7 @@ def _displaces(tree: Call, inner: Expression, before: RobTarget, after: RobTarge
         data = data.base
     if not isinstance(data, Name):
         return False
-    copy = memory.aside()
+    copy = memory.trial_copy()
     copy.frame.bindings[data.name] = copy.lookup(data)
     moved = replace(before, trans=add(before.trans, _TRIED.trans), rot=quat_mult(_TRIED.rot, before.rot))
     store(inner, (moved.trans, moved.rot, tuple(map(float, moved.robconf)), moved.extax), copy)
@@ -209,7 +209,7 @@ def elements(statement: MotionStatement, memory: Memory) -> list[tuple[IndexValu
     arguments = [statement.argument(role) for role in ("to", "via")]
     try:
         spans = [argument.span for argument in arguments if argument is not None]
-        trees = [read_whole_expression(statement.source.data, *span, "the target") for span in spans]
+        trees = [read_full_expression(statement.source.data, *span, "the target") for span in spans]
         indexed = [node for tree in trees for node in nodes(tree) if isinstance(node, Index)]
         values: dict[str, range] = {}
         for node in indexed:
@@ -282,7 +282,7 @@ def _cases(values: dict[str, range], memory: Memory) -> Iterator[tuple[IndexValu
         declaration = memory.find(name) if bound is None else None
         contents.append(bound if declaration is None else memory.changed.get(declaration.key, object()))
     for numbers in itertools.product(*values.values()):
-        copy = memory.aside()
+        copy = memory.trial_copy()
         copy.frame.bindings.update({name: Value(float(n), "num") for name, n in zip(values, numbers, strict=True)})
         yield tuple(zip(values, contents, map(float, numbers), strict=True)), copy
 
@@ -291,7 +291,7 @@ def _all_exist(indexed: Sequence[Index], memory: Memory) -> bool:
     """Whether all indices lie within their arrays in this memory."""
     for node in indexed:
         try:
-            indices = [whole(evaluate(index, memory).data) for index in node.indices]
+            indices = [as_integer(evaluate(index, memory).data) for index in node.indices]
         except Unknown:
             return False
         if any(not 1 <= i <= size for i, size in zip(indices, _sizes(node.base, memory), strict=False)):

@@ -240,14 +240,14 @@ def data_elsewhere(sources: Sequence[Source], others: Iterable[tuple[Source, ...
     Args:
         sources: all files of the task; others: for each other task, background tasks included, all its files.
     """
-    own_values = _values(sources)
+    local_values = _values(sources)
     shared, written = set[tuple[str, str]](), set[tuple[str, str]]()
-    for files in others if own_values else ():
+    for files in others if local_values else ():
         values, changed = _shared_by(files)
-        common = own_values.keys() & values.keys()
+        common = local_values.keys() & values.keys()
         shared |= common
         written |= common & changed
-        written |= {name for name in common if len(own_values[name] | values[name]) > 1}
+        written |= {name for name in common if len(local_values[name] | values[name]) > 1}
     return Elsewhere(frozenset(shared), frozenset(written))
 
 
@@ -309,8 +309,8 @@ def lent_values(sources: Sequence[Source], others: Callable[[], Iterable[Source]
     """
     if not any(_OPEN.search(source.data) for source in sources):
         return []
-    own = [d for source in sources for _, d in _shared(source)]
-    lacking = {shared_name(d) for d in own} - {shared_name(d) for d in own if d.init is not None}
+    requested = [d for source in sources for _, d in _shared(source)]
+    lacking = {shared_name(d) for d in requested} - {shared_name(d) for d in requested if d.init is not None}
     values = []
     for source in others() if lacking else ():
         lent = [(module, d) for module, d in _shared(source) if d.init is not None and shared_name(d) in lacking]

@@ -21,7 +21,7 @@ OLD_ARC = ("to", "speed", "seam", "weld", "weave", "zone", "tool")
 CAP = ("to", "speed", "cap", "weavestart", "weave", "zone", "tool")
 SEARCH = ("signal", "found", "to", "speed", "tool")
 TRIGG = ("to", "speed", "trigg", "zone", "tool")
-FOUND = ("found",)  # what a search stores
+STORED = ("found",)  # what a search stores
 SEARCH_STOPS = "where a search stops is known only at run time"
 
 
@@ -92,14 +92,14 @@ _ALL = [
     Signature("MoveExtJ", "none", ("to", "speed", "zone"), jointed=True),
     Signature("ArcMoveExtJ", "none", ("to", "speed", "zone"), older=("to", "speed", "zone", "tool"), jointed=True),
     Signature(
-        "SearchExtJ", "none", ("signal", "found", "to", "speed"), jointed=True, why_not=SEARCH_STOPS, results=FOUND
+        "SearchExtJ", "none", ("signal", "found", "to", "speed"), jointed=True, why_not=SEARCH_STOPS, results=STORED
     ),
-    Signature("SearchL", "line", SEARCH, why_not=SEARCH_STOPS, results=FOUND),
-    Signature("SearchC", "arc", _circular(SEARCH), why_not=SEARCH_STOPS, results=FOUND),
+    Signature("SearchL", "line", SEARCH, why_not=SEARCH_STOPS, results=STORED),
+    Signature("SearchC", "arc", _circular(SEARCH), why_not=SEARCH_STOPS, results=STORED),
     # SmarTac moves to a start and on until the torch or a sensor touches. The first argument gets the displacement that
     # is found, or whether there is a part; SearchStop the place.
     *(
-        Signature(name, "line", FOUND, why_not=SEARCH_STOPS, results=(*FOUND, "\\searchstop"))
+        Signature(name, "line", STORED, why_not=SEARCH_STOPS, results=(*STORED, "\\searchstop"))
         for name in ("Search_1D", "Search_Groove", "Search_Part")
     ),
     *(s for number in ("", "1", "2", "3", "4", "5", "6") for s in _arcs(number)),

@@ -85,7 +85,7 @@ class EffectReader:
         self._procedures = grouped((r.name.lower(), r) for r in program.all_routines() if r.kind == "PROC")
         self._functions: dict[tuple[str, Span], StatementEffect] = {}
 
-    def own(self, statement: Statement, routine: Routine) -> StatementEffect:
+    def of_statement(self, statement: Statement, routine: Routine) -> StatementEffect:
         """Effect of a motion, call, assignment or unreadable text, without the functions in its expressions.
 
         Other statements have none.

@@ -83,8 +83,8 @@ class WriteEffects:
             if _goes_on(body, routine)
         ]
         self.interrupting = frozenset[str]().union(*traps)
-        written_here = (k for keys in (*traps, *handlers, self.direct.lasting) for k in keys if k[0] not in "%@")
-        self.volatile = self.elsewhere.union(written_here)
+        written_any_time = (k for keys in (*traps, *handlers, self.direct.lasting) for k in keys if k[0] not in "%@")
+        self.volatile = self.elsewhere.union(written_any_time)
         self.unseen_any_time = any(UNSEEN in keys for keys in (*traps, *handlers, self.started))
 
     def paths(self, declaration: Declaration) -> Sequence[tuple[str, ...]]:
@@ -159,7 +159,7 @@ class WriteEffects:
     def _effects(self, statements: Sequence[Statement], routine: Routine) -> list[StatementEffect]:
         """The effects of statements of a routine, and of the functions in them, without those that have none."""
         reader = self.direct
-        effects = [reader.own(statement, routine) for statement in statements]
+        effects = [reader.of_statement(statement, routine) for statement in statements]
         if routine.source.path in reader.calling:
             effects += [reader.functions(statement, routine) for statement in statements]
         return [effect for effect in effects if effect is not NO_EFFECT]
