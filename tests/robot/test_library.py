@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import pickle
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from postproc.robot.arm import Robot
 from postproc.robot.catalogue import describe_robot, doubts, list_robots, load_robot
@@ -19,40 +20,26 @@ from tests.independent import arm as A
 from tests.independent.inverse import wrap
 
 
-@dataclass(frozen=True)
-class Stated:
-    """Lengths d1, a1, a2, a3, d4, d6 [mm], reach of the data sheet [mm], and names that controllers give the arm."""
+class Stated(NamedTuple):
+    """Lengths d1, a1, a2, a3, d4, d6 [mm], reach of the data sheet [mm] with its marks, names that controllers use."""
 
     lengths: list[float]
     reach: float
-    reach_differs: bool
-    parallelogram: bool
+    marks: str
     names: list[str]
 
 
-def read_table() -> dict[str, Stated]:
-    table = {}
-    for line in (Path(__file__).parent / "arms.txt").read_text("utf-8").splitlines():
-        if not line.startswith("#"):
-            name, lengths, reach, names = line.split(" | ")
-            numbers = [float(x) for x in lengths.split()]
-            table[name] = Stated(numbers, float(reach.rstrip("~=")), "~" in reach, "=" in reach, names.split(", "))
-    return table
-
-
-TABLE = read_table()
-COMPUTED = [name for name, arm in TABLE.items() if not arm.parallelogram]
+LINES = (Path(__file__).parent / "arms.txt").read_text("utf-8").splitlines()
+TABLE = {
+    name: Stated([float(x) for x in lengths.split()], float(reach.rstrip("~=")), reach.lstrip("0123456789"), names.split(", "))
+    for name, lengths, reach, names in (line.split(" | ") for line in LINES if not line.startswith("#"))
+}  # fmt: skip
+COMPUTED = [name for name, arm in TABLE.items() if "=" not in arm.marks]
 
 
 def turn(axis: str, angle: np.ndarray) -> np.ndarray:
     """Rotations (n, 3, 3) by angles (n,) [rad]."""
-    c, s, one, nil = np.cos(angle), np.sin(angle), np.ones_like(angle), np.zeros_like(angle)
-    rows = {
-        "x": [[one, nil, nil], [nil, c, -s], [nil, s, c]],
-        "y": [[c, nil, s], [nil, one, nil], [-s, nil, c]],
-        "z": [[c, -s, nil], [s, c, nil], [nil, nil, one]],
-    }[axis]
-    return np.moveaxis(np.array(rows), 2, 0)
+    return Rotation.from_euler(axis, angle[:, None]).as_matrix()
 
 
 def flange(lengths: list[float], q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -98,7 +85,7 @@ def test_an_arm_reaches_what_its_data_sheet_says_and_is_known_by_its_names(name:
     _, a1, a2, a3, d4, _ = stated.lengths
     reaches = (a1 + a2 + np.hypot(d4, a3), horizontal_reach(stated.lengths, robot))
     assert robot.reach == pytest.approx(1e-3 * stated.reach)
-    assert (min(abs(x - stated.reach) for x in reaches) <= 8.0) != stated.reach_differs
+    assert (min(abs(x - stated.reach) for x in reaches) <= 8.0) != ("~" in stated.marks)
     assert {library_name(type_) for type_ in stated.names} == {name}
 
 
