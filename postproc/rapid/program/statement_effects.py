@@ -58,6 +58,7 @@ class StatementEffect:
 
 NO_EFFECT = StatementEffect()
 _MOVES = StatementEffect(frozenset({"@moves"}))
+_ASSIGNED = re.compile(rb"(?<![\w\x80-\xff])([A-Za-z_\x80-\xff][\w\x80-\xff]*+)\s*+:=")
 
 
 class EffectReader:
@@ -104,8 +105,8 @@ class EffectReader:
         elif statement.kind == "call":
             reading.call(statement)
         else:
-            for name in _assigned_in(routine.source, statement.span):
-                reading.add(name)
+            for match in _ASSIGNED.finditer(data[slice(*statement.span)]):  # in text that could not be read
+                reading.add(match[1].decode("latin-1").lower())
         return reading.effect()
 
     def _of_motion(self, motion: MotionStatement, routine: Routine) -> StatementEffect:
@@ -268,14 +269,6 @@ class _Reading:
             self.add_arguments(None, read_arguments(data, start, statement.span[1]), writer)
             if word in LASTING:
                 self.reader.lasting |= self.keys
-
-
-def _assigned_in(source: Source, span: Span) -> Iterator[str]:
-    """Lower-case names that stand before ``:=`` in text that could not be read."""
-    for match in re.finditer(
-        rb"(?<![\w\x80-\xff])([A-Za-z_\x80-\xff][\w\x80-\xff]*+)\s*+:=", source.data[span[0] : span[1]]
-    ):
-        yield match[1].decode("latin-1").lower()
 
 
 # Functions that only read their arguments, beside those that are worked out here (``FUNCTIONS``) and known at run time,

@@ -227,7 +227,8 @@ class _Reader:
             return Number(span, number(word))
         if kind == "string":
             self.step()
-            return StringNode(span, unquote(word))
+            # Quotes and backslashes are doubled in text; character codes ``\hh`` stay as written.
+            return StringNode(span, word[1:-1].replace('""', '"').replace("\\\\", "\\"))
         if kind == "name":
             self.step()
             low = word.lower()
@@ -268,8 +269,3 @@ class _Reader:
             if not (self.take(",") or self.word in (")", "\\")):
                 raise ExpressionError(f"`,` is missing before `{self.word}`")
         return Call((span[0], self.last), name.lower(), tuple(arguments), tuple(options), name)
-
-
-def unquote(literal: str) -> str:
-    r"""Value of a string literal, doubled quotes and backslashes single; character codes ``\hh`` stay as written."""
-    return literal[1:-1].replace('""', '"').replace("\\\\", "\\")
