@@ -19,7 +19,7 @@ from postproc.runtime.programs.statements import POSITIONS, run_time_edits
 
 SHARED = "the target is data that other tasks share: its value in the files is the one of the last run"
 # The target holds the arm's error already, or fails at run time, too.
-_FROM_THE_ARM = (Kind.FOUND_BY_SEARCH, Kind.DISPLACED_FROM_HERE)
+_FROM_THE_ARM = (Kind.SEARCH_RESULT, Kind.DISPLACED_FROM_POSITION)
 _WRONG = (Kind.IMPOSSIBLE, Kind.WRONG_TYPE)
 
 
