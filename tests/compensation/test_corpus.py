@@ -22,22 +22,13 @@ from postproc.compensation.conversion import Conversion
 from postproc.compensation.text.values import StatementOutcome
 from postproc.diagnostics import Diagnostic, Source
 from postproc.model.file import default_model
-from tests.build import FORCE, convert, independent, lines_of, module, target
+from tests.build import FORCE, convert, independent, lines_of
+from tests.compensation.build import broken, broken_lines, placed
 from tests.corpus import Case, cases
 
 NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?:E[-+]?\d+)?")
 TARGET = re.compile(r"\[\[#,#,#\],\[#,#,#,#\],\[#,#,#,#\],\[#,#,#,#,#,#\]\]")
 MEASURED = re.compile(r"~\d+\.\d+")
-
-
-def broken(data: str, body: str) -> str:
-    """A module with a line for each statement and each head of a routine."""
-    return module(broken_lines(data), broken_lines(body))
-
-
-def broken_lines(text: str) -> str:
-    lines = re.sub(r"(?<=;) +(?=[^!\s])", "\n", text)
-    return re.sub(r"(?m)^((?:PROC|FUNC|TRAP)\b[^()]*(?:\([^()]*\))?) +", r"\1\n", lines)
 
 
 def without_numbers(text: str) -> str:
@@ -121,11 +112,6 @@ def converted(case: Case) -> Conversion:
         [Source("lent.mod", f"MODULE Lent\n{broken_lines(case.lent)}ENDMODULE\n".encode(), True)] if case.lent else []
     )
     return convert(case.text, default_model(robot) if robot else None, lent, **options)
-
-
-def placed(x: str, y: str, z: str = "700", *conf: str) -> str:
-    """A target whose height and confdata are the usual ones where they are left out."""
-    return target(float(x), float(y), float(z), [int(c) for c in conf] or (-1, 0, -1, 0))
 
 
 ALL = [
