@@ -171,6 +171,13 @@ def test_offsets_of_the_external_axes_are_taken_out_and_put_back(body: str, axis
     assert target is not None and target.extax[0] == axis
 
 
+def test_the_external_axes_stand_where_target_and_offset_say() -> None:
+    """EOffs counts for axes that a target states; one that it leaves open stays."""
+    goals = "".join(f"MoveL {P1.replace(E, f'[{axes},9E9,9E9,9E9,9E9]')},v50,fine,t1;\n" for axes in ("5,7", "9E9,8"))
+    placed = place_events(build.events(f"EOffsSet [100,0,0,0,0,0];\n{goals}", T1), STATION)
+    assert [event.axes[:2] for event in placed if event.axes] == [(105.0, 7.0), (105.0, 8.0)]
+
+
 @pytest.mark.parametrize("work", ["", r"\WObj:=w"])
 def test_calcjointt_are_the_joints_that_lead_there(work: str) -> None:
     target = last(f"k:=CalcJointT(CalcRobT(j,t{work}),t{work}); {BEHIND_K}").target
