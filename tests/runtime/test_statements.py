@@ -10,7 +10,7 @@ import pytest
 from postproc.diagnostics import Source
 from postproc.rapid.program.program import read_program
 from postproc.rapid.syntax.edits import edited
-from postproc.runtime.programs.statements import run_time_edits
+from postproc.runtime.programs.reach import run_time_edits
 from tests.worlds.parser import parse
 
 FRAME = "[[0,0,0],[1,0,0,0]]"
