@@ -12,8 +12,7 @@ from scipy.interpolate import CubicSpline
 from postproc.motion.path.samples import sample_path
 from postproc.motion.timing.fastest import Grid, fastest
 from postproc.motion.timing.inertia import inertial_torque
-from postproc.motion.timing.jerk_limited import joint_motion
-from postproc.motion.timing.jerk_limited import check_limits
+from postproc.motion.timing.jerk_limited import check_limits, joint_motion
 from postproc.motion.timing.spline import Runs, fit_spline
 from postproc.motion.timing.timelaw import evaluate, time_law, times_at
 from postproc.motion.timing.trajectory import Trajectory, cut_legs, retime
