@@ -7,21 +7,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
-from postproc.compensation.correction.deviation import away_from_curves
 from postproc.compensation.judgement.doubts import check_corrected
 from postproc.compensation.options import Options
-from postproc.compensation.reading import read_motion, read_samples
+from postproc.compensation.reading import read_samples
 from postproc.diagnostics import Source
 from postproc.model.arm import Model
-from postproc.model.equilibrium import predict
-from postproc.motion.path.curves import build_curves
 from postproc.rapid.data.events import MotionEvent
-from tests.build import FORCE, arm, codes, convert, events, independent, target, written
-from tests.compensation.build import brief, effect, model, placed, small
-from tests.motion.build import chain, line, pose
+from tests.build import arm, codes, convert, independent, target, written
+from tests.compensation.build import brief, effect, model, small
 
 ROOT = Path(__file__).resolve().parents[2]
 ARC = small(
@@ -134,27 +129,6 @@ def test_a_program_read_back_in_parts_is_proved_like_one(monkeypatch: pytest.Mon
         assert parts.report[name] == at_once.report[name]
 
 
-def test_distance_from_lines_and_arcs() -> None:
-    """A quarter circle of 100 mm radius, and the line that leads to it: distances by hand."""
-    T = [pose(1.0, 0.0, 0.6), pose(1.0, 0.2, 0.6), pose(0.9, 0.3, 0.6)]
-    via = pose(1.0 - 0.1 * (1 - np.cos(np.pi / 4)), 0.2 + 0.1 * np.sin(np.pi / 4), 0.6)
-    moves = chain(
-        {"kind": "joint", "T_work_tcp": T[0]}, line(T[1]), {"kind": "arc", "T_work_tcp": T[2], "T_work_via": via}
-    )
-    points = np.array(
-        [
-            [1.003, 0.1, 0.604],  # 5 mm from the line, halfway
-            [1.0, -0.03, 0.6],  # before its start
-            [0.9 + 0.11 * np.cos(0.5), 0.2 + 0.11 * np.sin(0.5), 0.6],  # 10 mm outside of the circle
-            [0.9 + 0.1 * np.cos(1.0), 0.2 + 0.1 * np.sin(1.0), 0.607],  # 7 mm above it
-            [0.88, 0.3, 0.6],  # past its end
-        ]
-    )
-    away, u = away_from_curves(build_curves(arm().robot, tuple(moves)), np.array([1, 1, 2, 2, 2]), points)
-    assert np.linalg.norm(away, axis=1) == pytest.approx([0.005, 0.03, 0.01, 0.007, 0.02], abs=1e-9)
-    assert u == pytest.approx([0.5, 0.0, 0.5 / (np.pi / 2), 1.0 / (np.pi / 2), 1.0], abs=1e-9)
-
-
 @pytest.mark.parametrize("share", [0.3, -0.3])
 def test_the_corrected_motion_is_the_programmed_one_with_the_correction_added(share: float) -> None:
     """Joints that travel 30 % farther, or less far, in the same time are faster, or slower, by as much."""
@@ -180,33 +154,6 @@ def test_a_program_too_long_to_be_followed_ends_where_it_ended_before() -> None:
     assert "RAP033" in codes(conversion) and "CMP004" not in codes(conversion)
     assert len(conversion.outcomes) == 4
     assert written(conversion).count("Move") > text.count("Move")
-
-
-SAME_STATE = {
-    "a start is the goal before": ("MoveL {},v100,z1,tT; " * 5, {}, {1, 2, 3, 4}),
-    "another tool": ("MoveL {},v100,fine,tT; MoveL {},v100,fine,tLong; MoveL {},v100,fine,tLong;", {}, {2}),
-    "the arc": (
-        "MoveL {},v100,z1,tT; ArcLStart {},v100,sm,wd,fine,tT; ArcL {},v100,sm,wd,z1,tT;"
-        " ArcLEnd {},v100,sm,wd,fine,tT; MoveL {},v100,z1,tT;",
-        {"force_on": "arc"},
-        {1, 3},
-    ),
-}
-
-
-@pytest.mark.parametrize(("body", "options", "moves"), SAME_STATE.values(), ids=SAME_STATE)
-def test_a_state_is_worked_out_once_where_a_move_goes_on_as_the_one_before_has_ended(
-    body: str, options: dict[str, Any], moves: set[int]
-) -> None:
-    """Only moves under other conditions have a state of their own at their start; the poses are those of all states."""
-    places = [placed("1200", y) for y in ("-300", "-100", "0")] + [placed("1300", y) for y in ("100", "200")]
-    motion, findings = read_motion(arm(), events(small(body.format(*places))), Options(force=FORCE, **options))
-    assert motion is not None, findings
-    rows = slice(0, len(motion.place))
-    distinct, index = motion.distinct(rows)
-    every = predict(arm(), motion.at(rows))
-    assert np.abs(predict(arm(), motion.at(distinct))[index] - every).max() < 1e-9
-    assert set(motion.samples.move[np.setdiff1d(np.arange(rows.stop), distinct)].tolist()) == moves
 
 
 RIGID = model(effect("joint_compliance", "compliance_rad_per_Nm = [0, 0, 0, 0, 0, 0]"))
