@@ -69,7 +69,7 @@ def shifts(conversion: Conversion, text: str = TWO) -> np.ndarray:
     return np.subtract([goals[0], goals[-1]], [places(text)[0], places(text)[-1]])
 
 
-def found(conversion: Conversion, code: str) -> list[Diagnostic]:
+def findings(conversion: Conversion, code: str) -> list[Diagnostic]:
     return [d for d in conversion.diagnostics if d.code == code]
 
 

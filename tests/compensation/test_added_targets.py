@@ -14,7 +14,7 @@ from postproc.compensation.options import TOLERANCE_M
 from postproc.compensation.text.insertions import added_instruction
 from postproc.model.file import default_model
 from tests.build import arm, body_of, convert, events, independent, places, written
-from tests.compensation.build import PROCESS, brief, found, small
+from tests.compensation.build import PROCESS, brief, findings, small
 
 CHORD = small("MoveJ @{1350,-500},v200,fine,tT; MoveL @{1350,-20},v50,fine,tT;")
 HALF_CIRCLE = small(
@@ -95,7 +95,7 @@ def test_no_target_is_added_for_a_quarter_of_what_is_expected_to_remain() -> Non
     expected = math.sqrt(low * high) * loose.report["max_arc_error_before_mm"]
     off = loose.report["max_arc_error_after_mm"]
     assert loose.report["added_targets"] == 0 and 0.1 < off < 0.25 * expected
-    (finding,) = found(loose, "CMP006")
+    (finding,) = findings(loose, "CMP006")
     advice = re.fullmatch(
         r"an added target would leave ([\d.]+) mm, and ([\d.]+) mm are expected to remain on the arm anyway; a"
         r" `--tolerance` below 0.1 mm adds it all the same",
@@ -105,7 +105,7 @@ def test_no_target_is_added_for_a_quarter_of_what_is_expected_to_remain() -> Non
     assert float(advice[2]) == pytest.approx(expected, rel=0.02)
     assert strict.report["added_targets"] == 1 and "ppLinePoint" in written(strict)
     assert strict.report["max_arc_error_after_mm"] == pytest.approx(float(advice[1]), abs=0.006)
-    assert found(strict, "CMP006") == []
+    assert findings(strict, "CMP006") == []
 
 
 @pytest.mark.parametrize(("share", "added", "over"), [(0.03, 2, 0), (1.0, 1, 1)])
@@ -117,7 +117,7 @@ def test_of_a_fitted_model_the_error_that_its_fit_knows_counts(share: float, add
     known = conversion.report["expected_accuracy"]["within_95_percent_mm"]
     assert conversion.plan is not None
     assert 1e3 * conversion.plan.expected_m == pytest.approx(known, rel=1e-3)
-    assert (conversion.report["added_targets"], len(found(conversion, "CMP006"))) == (added, over)
+    assert (conversion.report["added_targets"], len(findings(conversion, "CMP006"))) == (added, over)
 
 
 @pytest.mark.parametrize("tolerance_m", [3e-6, 1e-5])

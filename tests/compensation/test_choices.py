@@ -11,7 +11,7 @@ from postproc.compensation.conversion import Conversion
 from postproc.diagnostics import Source
 from postproc.rapid.program.program import read_program
 from tests.build import AXES, FORCE, convert, module
-from tests.compensation.build import found
+from tests.compensation.build import findings
 from tests.independent import arm as A
 from tests.independent import inverse as I
 
@@ -66,7 +66,7 @@ def off(goal: np.ndarray, commanded: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize(("choice", "data", "where"), CHOICES)
 def test_a_correction_that_another_value_makes_worse_is_said(choice: str, data: str, where: str) -> None:
     """The other part's work object is turned by half a turn, and the same offset in its axes goes the wrong way."""
-    (finding,) = found(chosen(180, choice, data), "CMP023")
+    (finding,) = findings(chosen(180, choice, data), "CMP023")
     needs = np.zeros(3)  # what the first part needs: the correction that is written, in axes of its work object
     for _ in range(4):
         needs = needs - off(PLACE + UP, PLACE + UP + needs)
@@ -78,7 +78,7 @@ def test_a_correction_that_another_value_makes_worse_is_said(choice: str, data: 
 
 @pytest.mark.parametrize(("degrees", "choice"), [(0, TEST), (20, TEST), (180, f"nPart:=1;\n{TEST}")])
 def test_a_correction_that_helps_or_data_that_the_program_sets_is_not_said(degrees: float, choice: str) -> None:
-    assert found(chosen(degrees, choice, "PERS num nPart:=1;"), "CMP023") == []
+    assert findings(chosen(degrees, choice, "PERS num nPart:=1;"), "CMP023") == []
 
 
 def test_the_values_that_a_program_knows() -> None:

@@ -15,8 +15,8 @@ from postproc.compensation.correction.curve import BEFORE_TARGET, FROM_START, co
 from postproc.effects.base import Displacement, Effect, param
 from postproc.effects.contract import State
 from postproc.rapid.data.pose import quat_mult
-from tests.build import arm, codes, convert, events, independent, target, written
-from tests.compensation.build import NO_FORCE, PROCESS, effect, found, model, small
+from tests.build import arm, codes, convert, independent, target, written
+from tests.compensation.build import NO_FORCE, PROCESS, effect, findings, model, small
 from tests.independent import arm as A
 from tests.independent import paths as P
 from tests.independent import rapid as R
@@ -87,18 +87,6 @@ def test_the_transition_is_smooth_in_time(switched: Conversion) -> None:
 def test_a_correction_without_steps_passes_unchanged() -> None:
     added, transitions, _ = commanded(convert(seam("z10")))
     assert transitions == [] and np.abs(added).max() <= 1e-9
-
-
-@pytest.mark.parametrize("force", [NO_FORCE, (300.0, 0.0, -100.0)])
-def test_the_force_acts_on_the_arc_alone(force: tuple[float, float, float]) -> None:
-    """Targets beside the arc are those of a conversion without any force, targets of the seam those with it."""
-    on_arc, everywhere, nowhere = (
-        np.array([e.target.trans for e in events(written(convert(seam("fine"), **options))) if e.zone.finep])  # type: ignore[union-attr]
-        for options in ({"force": force, "force_on": "arc"}, {"force": force}, {"force": NO_FORCE})
-    )
-    assert np.linalg.norm(on_arc[2:4] - everywhere[2:4], axis=1).max() <= 0.0015
-    beside = [0, 1, 4]
-    assert np.linalg.norm(on_arc[beside] - nowhere[beside], axis=1).max() <= 0.0015
 
 
 @pytest.mark.parametrize("length", [0.4, 3.0, 60.0])
@@ -177,7 +165,7 @@ def test_where_a_joint_turns_back_the_arm_is_off_for_a_few_millimetres_and_it_is
     assert after.max() > 0.05  # the gap itself cannot be corrected while it is crossed
     # Two crossings in 0.6 m, two to three millimetres each: added targets are turned as the end is, to 0.1 deg.
     assert (after > 0.01).mean() < 2 * 0.0026 / 0.6
-    (finding,) = found(conversion, "CMP008")
+    (finding,) = findings(conversion, "CMP008")
     assert "turns back" in finding.message
     # The claim is the whole jump; the first sample after it lies a twentieth of the crossing further.
     claim = conversion.report["max_transition_mm"]

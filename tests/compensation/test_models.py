@@ -28,8 +28,7 @@ from postproc.robot.cells.cell import Cell, CellArm
 from postproc.robot.cells.station import Station
 from postproc.robot.kinematics import forward
 from tests.build import AXES, arm, codes, convert, events, places, written
-from tests.compensation.build import NO_FORCE, TWO, brief, effect, errors, found, model, shifts, small
-from tests.independent import arm as A
+from tests.compensation.build import NO_FORCE, TWO, brief, effect, errors, findings, model, shifts, small
 
 
 def springs(second: str = "3e-7") -> str:
@@ -85,7 +84,7 @@ def test_what_no_arm_is_like_is_doubted_or_refused(
     text: str, options: dict[str, Any], code: str, severity: str | None, words: str
 ) -> None:
     conversion = convert(TWO, model(text), force=NO_FORCE, **options)
-    doubts = [d for d in found(conversion, code) if d.severity != "info"]
+    doubts = [d for d in findings(conversion, code) if d.severity != "info"]
     assert {d.severity for d in doubts} == ({severity} if severity else set())
     assert all(words in d.message for d in doubts)
     assert bool(conversion.outputs) == (severity != "error")
@@ -174,31 +173,6 @@ def test_the_base_frame_takes_the_program_from_the_world_to_the_arm() -> None:
     assert "CMP014" in errors(tilted) and not tilted.outputs
 
 
-def test_the_correction_is_the_opposite_of_what_the_weight_of_the_tool_does() -> None:
-    """Ten kilograms more at the tool's centre, settled by the independent arm in the posture of the target."""
-    heavy = TWO.replace("[5,[0,0,120]", "[15,[0,0,120]")
-    assert heavy != TWO
-    light = convert(TWO, force=NO_FORCE)
-    assert light.plan is not None
-    q, tool = light.plan.motion.moves[0].q[None], A.shift(0, 0, 0.35)
-    loads = [A.Load(kg, np.array([0, 0, 0.12])) for kg in (5.0, 15.0)]
-    five, fifteen = (
-        A.equilibrium(A.irb4600(), q, tool, load, A.joint_springs(A.TABLE_2)).frames.tcp[0, :3, 3] for load in loads
-    )
-    more = shifts(convert(heavy, force=NO_FORCE)) - shifts(light)
-    assert more[0] == pytest.approx(-1e3 * (fifteen - five), rel=0.01, abs=2e-3)
-
-
-def test_the_correction_is_opposite_to_the_deflection_of_the_force() -> None:
-    """Twice the force, twice the correction (to first order); the other way round, the other way round."""
-    none, once, twice, back = (
-        shifts(convert(TWO, force=f)) for f in (NO_FORCE, (0, 0, -150.0), (0, 0, -300.0), (0, 0, 150.0))
-    )
-    assert (once - none)[:, 2].min() > 0.1
-    assert np.abs((twice - none) - 2 * (once - none)).max() < 0.01
-    assert np.abs((back - none) + (once - none)).max() < 0.01
-
-
 def test_a_moment_turns_the_tool() -> None:
     none, turned = (convert(TWO, force=NO_FORCE, moment=m) for m in (NO_FORCE, (0.0, 60.0, 0.0)))
     assert np.abs(shifts(turned) - shifts(none)).max() > 0.02
@@ -224,7 +198,7 @@ def test_torque_limits_hold_the_weight_as_the_arm_hangs() -> None:
 
 def test_what_reads_a_channel_that_no_program_states_is_left_out_and_said() -> None:
     warm = convert(TWO, model(springs() + WARM + fitted("1e-14")), force=NO_FORCE)
-    (finding,) = found(warm, "CMP016")
+    (finding,) = findings(warm, "CMP016")
     assert finding.severity == "warning" and "`temperature`" in finding.message
     assert "--channel temperature=NUMBER" in finding.help
     assert "thermal_joint_drift" not in written(warm)
@@ -255,7 +229,7 @@ def test_the_frame_of_the_instrument_moves_no_target() -> None:
 
 def test_the_error_of_another_tool_is_left_out_and_said() -> None:
     other = convert(TWO, model(offset(5e-4) + effect("tool_frame", "shift_m = [0.001, 0, 0]")), force=NO_FORCE)
-    assert "tT" in found(other, "CMP011")[0].message
+    assert "tT" in findings(other, "CMP011")[0].message
     assert np.abs(shifts(other) - shifts(convert(TWO, model(offset(5e-4)), force=NO_FORCE))).max() < 1e-9
 
 
@@ -269,7 +243,7 @@ def test_the_error_of_another_tool_is_left_out_and_said() -> None:
 def test_the_error_of_the_measured_tool_is_corrected(text: str) -> None:
     """The TCP lies 1 mm off along the tool's own x axis: the command moves by 1 mm against it."""
     measured = convert(TWO, model(text), force=NO_FORCE)
-    assert "1.00 mm" in found(measured, "CMP011")[0].message
+    assert "1.00 mm" in findings(measured, "CMP011")[0].message
     rot = np.array(events(TWO)[0].target.rot)  # type: ignore[union-attr]
     w, x, y, z = rot / np.linalg.norm(rot)
     x_axis = np.array([w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)])
@@ -301,9 +275,9 @@ def test_expected_accuracy_in_closed_form() -> None:
 def test_outside_the_measured_range() -> None:
     """The program turns axis 1 below -20 deg; the model was measured down to -10 deg only."""
     outside, inside = (convert(TWO, measured(low), force=NO_FORCE) for low in (np.radians(-10), -3.0))
-    (finding,) = found(outside, "CMP010")
+    (finding,) = findings(outside, "CMP010")
     assert "joint 1" in finding.message and "-10.0" in finding.message
-    assert outside.exit_code == 0 and found(inside, "CMP010") == []
+    assert outside.exit_code == 0 and findings(inside, "CMP010") == []
 
 
 def test_nothing_is_claimed_where_nothing_was_measured() -> None:

@@ -15,8 +15,8 @@ from postproc.compensation.inspection import inspect_program
 from postproc.diagnostics import Source
 from postproc.effects.library.frames.tool_frame import ToolFrame
 from postproc.rapid.data.records import Vec3
-from tests.build import AXES, DATA, FORCE, arm, codes, convert, independent, places, target, timed, written
-from tests.compensation.build import found
+from tests.build import AXES, DATA, FORCE, arm, codes, convert, independent, target, timed, written
+from tests.compensation.build import findings
 from tests.independent import arm as A
 from tests.independent import inverse as I
 from tests.independent.rapid import matrix_quaternion
@@ -112,23 +112,6 @@ def test_the_promise_holds_while_it_welds(options: dict[str, Any], how: dict[str
     assert not on_arc or conversion.report["max_error_after_mm"] <= 0.01
 
 
-def test_the_target_moves_against_the_work() -> None:
-    """A force that pushes the plate away from the torch: the correction lifts the TCP's target out of the plate.
-
-    By hand: the flange yields by J C J^T f, and the target on the work has to follow what the torch would lack.
-    """
-    conversion = convert(plate(f"MoveJ {on_work(0, 0)},v200,fine,{TOOL};"))
-    assert conversion.plan is not None
-    q = conversion.plan.motion.moves[0].q
-    load = A.Load(20.0, (8 * np.array([0.01, 0, 0.06]) + 12 * (ON_FLANGE @ [0.04, 0.01, 0.02, 1])[:3]) / 20)
-    push = A.Wrenches([(6, stand()[None, :3, 3], np.array([FORCE]), np.zeros((1, 3)))])
-    before = A.equilibrium(ARM, q, np.eye(4), load, A.joint_springs(A.TABLE_2), lambda f: push).frames.flange[0]
-    seen = np.linalg.inv(before @ ON_FLANGE) @ stand()  # where the torch is on the plate of the yielding arm
-    (shift,) = np.array(places(written(conversion)))  # the target is the origin of the plate
-    assert np.linalg.norm(shift) > 0.3
-    assert shift == pytest.approx(-1e3 * seen[:3, 3], abs=0.01)  # the opposite, to first order
-
-
 def test_speed_is_that_of_the_torch_on_the_work() -> None:
     trajectory = timed(seam())
     middle = np.flatnonzero((trajectory.path.move == 3) & (np.abs(trajectory.path.u - 0.5) < 0.2))
@@ -140,7 +123,7 @@ def test_speed_is_that_of_the_torch_on_the_work() -> None:
 def test_the_error_of_a_measured_tool_is_not_that_of_one_that_stands() -> None:
     measured = arm().with_effects(*arm().effects, ToolFrame(shift_m=np.array([1e-3, 0.0, 0.0])))
     conversion = convert(seam(), measured)
-    assert "`tStand`" in found(conversion, "CMP011")[0].message
+    assert "`tStand`" in findings(conversion, "CMP011")[0].message
     assert written(conversion) == written(convert(seam()))
 
 
@@ -154,7 +137,7 @@ def test_the_error_of_a_measured_tool_is_not_that_of_one_that_stands() -> None:
 )
 def test_tool_and_work_that_do_not_meet(tool: str, words: str) -> None:
     conversion = convert(plate(f"MoveJ {on_work(0, 0)},v200,fine,{tool};"))
-    (finding,) = found(conversion, "MOT007")
+    (finding,) = findings(conversion, "MOT007")
     assert words in finding.message and conversion.outputs == {}
 
 
