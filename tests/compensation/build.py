@@ -59,7 +59,7 @@ def effect(key: str, *lines: str) -> str:
 
 
 def brief(value: object) -> str | None:
-    """A name for a row of a table: texts of one line only."""
+    """The name of a program in the names of tests; other values have their usual one."""
     return "text" if isinstance(value, str) and "\n" in value else None
 
 

@@ -13,7 +13,7 @@ from postproc.compensation.correction.fewest_targets import Division, error_with
 from postproc.compensation.options import TOLERANCE_M
 from postproc.compensation.text.insertions import added_instruction
 from postproc.model.file import default_model
-from tests.build import arm, body_of, convert, events, independent, places, written
+from tests.build import arm, body_of, convert, independent, places, written
 from tests.compensation.build import PROCESS, brief, findings, small
 
 CHORD = small("MoveJ @{1350,-500},v200,fine,tT; MoveL @{1350,-20},v50,fine,tT;")
@@ -38,23 +38,6 @@ def test_a_finer_tolerance_needs_more_targets_in_proportion_to_its_root(toleranc
     # 41 micrometres is the deviation of this seam's correction from a single chord.
     assert chords == pytest.approx(math.sqrt(41e-6 / (0.8 * tolerance)), abs=1.01)
     assert independent(CHORD, conversion).after <= 1e3 * tolerance
-
-
-def test_an_arc_stays_an_arc_and_is_split_within_the_limits_of_movec() -> None:
-    """Half a circle of 200 mm radius, tolerance 2 micrometres: the corrected curve is no circle any more."""
-    conversion = convert(HALF_CIRCLE, tolerance_m=2e-6)
-    after = events(written(conversion))
-    arcs = [i for i, e in enumerate(after) if e.statement.instruction == "ArcC"]
-    assert len(arcs) > 1
-    for i in arcs:
-        start, via, goal = (np.array(t.trans) for t in (after[i - 1].target, after[i].via, after[i].target))  # type: ignore[union-attr]
-        u, v = via - start, goal - start
-        assert min(np.linalg.norm(u), np.linalg.norm(v)) > 0.1
-        assert math.degrees(math.acos(u @ v / np.linalg.norm(u) / np.linalg.norm(v))) > 1.0
-        assert {a.role: a.text for a in after[i].statement.arguments}["\\weave"] == "wv"
-    report = independent(HALF_CIRCLE, conversion)
-    assert report.violations == []
-    assert report.after <= 0.002 + 0.0006  # three decimals of a millimetre in the text
 
 
 def test_indentation_follows_the_statement() -> None:

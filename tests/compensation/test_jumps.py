@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -21,20 +20,16 @@ from tests.independent import arm as A
 from tests.independent import paths as P
 from tests.independent import rapid as R
 
-
-@cache
-def seam(zone: str, last: str = "fine") -> str:
-    """A weld of two lines between moves in the air, with the zones of the approach and of its end."""
-    return small(
-        f"MoveJ @{{1350,-500,860}},v200,fine,tT; MoveL @{{1350,-480,800}},v200,{zone},tT;"
-        f"ArcLStart @{{1350,-480}},{PROCESS},fine,tT; ArcL @{{1350,-350}},{PROCESS},z1,tT;"
-        f"ArcLEnd @{{1350,-200}},{PROCESS},{last},tT; MoveL @{{1350,-200,860}},v200,fine,tT;"
-    )
+SEAM = small(
+    f"MoveJ @{{1350,-500,860}},v200,fine,tT; MoveL @{{1350,-480,800}},v200,z10,tT; ArcLStart @{{1350,-480}},{PROCESS},fine,tT;"
+    f"ArcL @{{1350,-350}},{PROCESS},z1,tT; ArcLEnd @{{1350,-200}},{PROCESS},fine,tT; MoveL @{{1350,-200,860}},v200,fine,tT;"
+)
+"""A weld of two lines between moves in the air."""
 
 
 @pytest.fixture(scope="module")
 def switched() -> Conversion:
-    return convert(seam("z10"), force_on="arc")
+    return convert(SEAM, force_on="arc")
 
 
 def commanded(conversion: Conversion) -> tuple[np.ndarray, list[Any], np.ndarray]:
@@ -61,7 +56,7 @@ def test_the_correction_is_complete_when_the_arc_is_lit(switched: Conversion) ->
 
 def test_an_arm_that_is_loaded_on_the_arc_alone_follows_the_seam(switched: Conversion) -> None:
     """The independent arm under the force: right along the seam, off beside it by what the force would have bent."""
-    loaded, free = (independent(seam("z10"), switched, force) for force in ((200.0, -200.0, -200.0), (0, 0, 0)))
+    loaded, free = (independent(SEAM, switched, force) for force in ((200.0, -200.0, -200.0), (0, 0, 0)))
     welds = [s for s in loaded.segments if s.welding]
     assert len(welds) == 2 and max(s.after for s in welds) <= 0.01
     assert max(s.goal_after for s in loaded.segments if s.name.startswith("arcl")) <= 0.002
@@ -85,42 +80,8 @@ def test_the_transition_is_smooth_in_time(switched: Conversion) -> None:
 
 
 def test_a_correction_without_steps_passes_unchanged() -> None:
-    added, transitions, _ = commanded(convert(seam("z10")))
+    added, transitions, _ = commanded(convert(SEAM))
     assert transitions == [] and np.abs(added).max() <= 1e-9
-
-
-@pytest.mark.parametrize("length", [0.4, 3.0, 60.0])
-def test_a_short_way_to_the_arc(length: float) -> None:
-    """However short the move before the arc is, the seam is right; what could not be smooth is said."""
-    text = small(
-        f"MoveJ @{{1350,-480,{700 + length}}},v200,fine,tT; ArcLStart @{{1350,-480}},{PROCESS},fine,tT;"
-        f"ArcLEnd @{{1350,-200}},{PROCESS},fine,tT;"
-    )
-    conversion = convert(text, force_on="arc")
-    report = independent(text, conversion)
-    assert report.segments[-1].after <= 0.01
-    assert max(s.goal_after for s in report.segments[1:]) <= 0.002
-    (transition,) = conversion.plan.transitions  # type: ignore[union-attr]
-    _, _, t = commanded(conversion)
-    assert transition.duration <= t[conversion.plan.motion.samples.goal[1]] + 1e-9  # type: ignore[union-attr]
-
-
-def test_two_seams_that_follow_each_other() -> None:
-    """Between ArcLEnd and the next ArcLStart the arc is out: both ends of that move pass over."""
-    places = {"Start": (-480, -300), "End": (-400, -200)}
-    welds = "".join(f"ArcL{w} @{{1350,{places[w][k]}}},{PROCESS},fine,tT;" for k in (0, 1) for w in places)
-    text = small("MoveJ @{1350,-500,760},v200,fine,tT;" + welds)
-    conversion = convert(text, force_on="arc")
-    transitions = conversion.plan.transitions  # type: ignore[union-attr]
-    assert [t.where for t in transitions if t.move == 3] == [FROM_START, BEFORE_TARGET]
-    assert [s.after <= 0.01 for s in independent(text, conversion).segments if s.welding] == [True, True]
-
-
-def test_a_corner_that_ends_the_seam_without_a_stop() -> None:
-    """The arc goes out in a corner zone: the seam keeps its correction, the move after it passes over."""
-    text = seam("z10", "z5")
-    report = independent(text, convert(text, force_on="arc"))
-    assert max(s.after for s in report.segments if s.welding) <= 0.01
 
 
 def test_a_turn_in_place_is_corrected_for_the_weights_alone() -> None:

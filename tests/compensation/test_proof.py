@@ -37,18 +37,6 @@ def tampered(folder: Path, old: str, new: str) -> Path:
     return folder
 
 
-def test_the_claim_is_what_another_arm_finds() -> None:
-    conversion = convert(ARC)
-    report = independent(ARC, conversion)
-    assert report.violations == []
-    assert report.after <= 0.01 and report.before > 1.0
-    assert conversion.report["max_error_after_mm"] == pytest.approx(report.after, abs=3e-4)
-    assert conversion.report["max_error_before_mm"] == pytest.approx(report.before, abs=3e-3)
-    for claim, seen in zip(conversion.report["statements"], report.segments, strict=True):
-        assert claim["residual_mm"] == pytest.approx(seen.goal_after, abs=3e-4)
-        assert claim["shift_mm"] == pytest.approx(seen.goal_before, rel=0.05)
-
-
 @pytest.mark.parametrize("error", [0.05, 1.0, 10.0])
 def test_a_wrong_number_in_the_text_is_found(tmp_path: Path, error: float) -> None:
     """The proof reads the text that is written; worse than before it is not written at all."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-
 import numpy as np
 import pytest
 
@@ -14,45 +12,7 @@ from postproc.compensation.text.assignment import WAYS
 from postproc.diagnostics import Source
 from postproc.effects.library.joints.backlash import Backlash
 from tests.build import AXES, arm, codes, convert, independent, lines_of, outcome, target, timed, written
-from tests.compensation.build import PROCESS, small, statuses
-from tests.independent.arm import ARMS
-from tests.independent.verify import check
-
-BRANCH = small(
-    "MoveJ @{1350,-500},v200,fine,tT;\nIF DInput(di1)=1 THEN\nMoveL @{1350,-420},v50,fine,tT;\nELSE\n"
-    "MoveC @{1330,-480},@{1290,-460},v50,fine,tT; MoveL @{1290,-440,730},v50,z1,tT;\nENDIF\nMoveL @{1310,-400},v50,fine,tT;"
-)
-WELD_AT_STATION = "".join(
-    f"{move},fine,tT\\WObj:=wNow;" for move in ("MoveJ q,v500", f"ArcLStart p1,{PROCESS}", f"ArcLEnd p2,{PROCESS}")
-)
-STATION = small(
-    f"IF DInput(di1)=1 THEN\nwNow:=wTwo;\nELSE\nwNow:=wOne;\nENDIF\n{WELD_AT_STATION}",
-    "q 60 -700 560, p1 60 -700 500, p2 90 -550 500",
-    "".join(
-        f'PERS wobjdata {name}:=[FALSE,TRUE,"",[[1250,{y},{z}],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];\n'
-        for name, y, z in (("wOne", 300, 200), ("wTwo", 420, 230), ("wNow", 300, 200))
-    ),
-)
-
-
-def way(text: str, taken: bool) -> str:
-    """The program of one way: the branch that is not taken left out, in the original and in what was written."""
-    kept = r"\1" if taken else r"\2"
-    return re.sub(r"(?s)\s*IF DInput\(di1\)=1 THEN\n(.*?)\n\s*ELSE\n(.*?)\n\s*ENDIF", "\n" + kept, text)
-
-
-@pytest.mark.parametrize("taken", [True, False])
-@pytest.mark.parametrize("text", [BRANCH, STATION], ids=["a branch that moves", "a branch that chooses a station"])
-def test_each_way_keeps_the_promise(text: str, taken: bool) -> None:
-    """The independent arm on the statements of one way; the arc of ELSE begins where the IF does."""
-    conversion = convert(text)
-    assert set(statuses(conversion)) == {"compensated"}
-    force = np.array([200.0, -200.0, -200.0])
-    report = check(way(text, taken), way(written(conversion), taken), ARMS["irb4600_60_205"](), force)
-    assert report.violations == []
-    assert report.before > 0.5
-    assert report.after <= conversion.report["max_error_after_mm"] + 0.001 < (0.011 if text == BRANCH else 0.02)
-    assert text != BRANCH or report.goal_after <= 0.003
+from tests.compensation.build import PROCESS, small
 
 
 @pytest.mark.parametrize(("gap", "reason"), [(2e-5, SHARED), (2e-3, WAYS)])
