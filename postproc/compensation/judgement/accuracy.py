@@ -30,7 +30,7 @@ class Accuracy:
     Args:
         sigma: standard deviation per axis, root mean square over all targets.
         within_95: distance that holds 95 % of the errors, at the worst target.
-        undetermined: the part of it by parameters that no row has told, None where all were told.
+        undetermined: the part of it by parameters that no row determines, None where the rows determine all.
     """
 
     sigma: float

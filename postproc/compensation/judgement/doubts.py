@@ -17,7 +17,7 @@ from postproc.model.arm import Model
 from postproc.model.doubts import flange_mass
 from postproc.model.equilibrium import predict
 from postproc.motion.findings import at_move, place
-from postproc.motion.timing.limits import LimitReport, check_limits, join_reports
+from postproc.motion.timing.jerk_limited import LimitReport, check_limits, join_reports
 from postproc.motion.values import Move
 from postproc.rapid.syntax.spans import literal
 from postproc.robot.arm import Robot
