@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -112,13 +113,13 @@ def test_a_wrong_table_is_refused_with_the_place(source: Source, code: str, mess
 
 
 NUMBERS = ["0", "1", "-50", "1e9", "1,5", '"3"', "1e400", "1e300", "-1e7", "0x10", "1_0"]
-CELL = st.sampled_from([*NUMBERS, "nan", "inf", "-inf", "", " ", "x", "\u00e9"])
+CELLS = st.sampled_from([*NUMBERS, "nan", "inf", "-inf", "", " ", "x", "\u00e9"])
 
 
 @settings(max_examples=150)
 @given(
     head=st.sampled_from([HEAD, SPEEDS, QUATERNIONS.replace(",", ";"), "x_mm", HEAD.upper(), f"{HEAD},x_mm"]),
-    rows=st.lists(st.lists(CELL, min_size=5, max_size=11), max_size=6),
+    rows=st.lists(st.lists(CELLS, min_size=5, max_size=11), max_size=6),
     mark=st.sampled_from(["\n", "\r\n", "\r", "\n\n"]),
     codec=st.sampled_from(["utf-8", "utf-8-sig", "latin-1", "utf-16"]),
 )
@@ -130,13 +131,6 @@ def test_any_table_is_read_or_refused(head: str, rows: list[list[str]], mark: st
         assert all(d.code.startswith("SEA") and d.render() for d in error.diagnostics)
     else:
         assert np.isfinite(points.place_mm).all() and np.isfinite(points.rotation).all()
-
-
-@settings(max_examples=100)
-@given(st.binary(max_size=200))
-def test_any_bytes_are_refused(data: bytes) -> None:
-    with pytest.raises(PostprocError):
-        read_seam_points(Source("points.csv", data))
 
 
 BACK, TURN = "the seam turns back here, by {} deg", "the torch turns by {} deg from the point before"
@@ -168,32 +162,32 @@ def test_the_module_visits_the_points_in_one_configuration() -> None:
     assert [note.partition(":")[0] for note in notes] == ["seam data", "weld data"]
 
 
-@pytest.mark.parametrize(("x", "zone"), [("1.9", "z0"), ("2.1", "z1")])
-def test_zones_are_smaller_than_the_shortest_gap(x: str, zone: str) -> None:
-    source, _ = module(table(ROWS[0], f"{x},0,0,0,1,0,0,0,1", *ROWS[1:]))
-    arguments = [event.statement.argument("zone") for event in walk(program(source.data))[2:5]]
-    assert {argument and argument.text for argument in arguments} == {zone}
-
-
-CELL_DATA = b"MODULE Cell\n PERS welddata wdCell:=[9,0,[0,0,26,9,0,0,0,0,0],[0,0,0,0,0,0,0,0,0]];\nENDMODULE\n"
+CELL = b"MODULE Cell\n PERS welddata wdCell:=[9,0,[0,0,26,9,0,0,0,0,0],[0,0,0,0,0,0,0,0,0]];\nENDMODULE\n"
 ROOT = "wdRoot:=[7,0,[0,0,26,9,0,0,0,0,0],[0,0,0,0,0,0,0,0,0]]"
+NEAR, FARTHER = (table(ROWS[0], f"{x},0,0,0,1,0,0,0,1", *ROWS[1:]) for x in (1.9, 2.1))
+MODULES = [  # the table, the weld data, and the zone and the weld data that the module has
+    (NEAR, ROOT, "z0", ["wdRoot:=[7"]),
+    (FARTHER, ROOT, "z1", ["wdRoot:=[7"]),
+    (FARTHER, "wdCell", "z1", []),
+    (FARTHER, None, "z1", ["wd1:=[8"]),
+    (with_speeds(8, 8, 5.5, 8), ROOT, "z1", ["wdRoot_1:=[5.5", "wdRoot_2:=[8"]),
+    (with_speeds(6, 6, 6, 6), ROOT, "z1", ["wdRoot:=[6"]),
+    (with_speeds(6, 6, 5.5, 6), "wdCell", "z1", ["wdCell_1:=[5.5", "wdCell_2:=[6"]),
+    (with_speeds(6, 6, 6, 6), "wdCell", "z1", ["wdCell_1:=[6"]),
+]
 
 
-@pytest.mark.parametrize(
-    ("speeds", "weld", "names"),
-    [
-        ((8, 8, 5.5, 8), ROOT, ["wdRoot_1:=[5.5,0,[0,0,26,", "wdRoot_2:=[8,0,[0,0,26,"]),
-        ((6, 6, 6, 6), ROOT, ["wdRoot:=[6,0,[0,0,26,"]),
-        ((6, 6, 5.5, 6), "wdCell", ["wdCell_1:=[5.5,0,[0,0,26,", "wdCell_2:=[6,0,[0,0,26,"]),
-        ((6, 6, 6, 6), "wdCell", ["wdCell_1:=[6,0,[0,0,26,"]),
-    ],
-)
-def test_each_speed_of_the_table_has_its_weld_data(speeds: tuple[float, ...], weld: str, names: list[str]) -> None:
-    source, _ = module(with_speeds(*speeds), CELL_DATA, weld=weld)
-    assert all(f"welddata {name}".encode() in source.data for name in names)
-    assert source.data.count(b"welddata ") == len(names)
-    read = read_program([source, Source("cell.sys", CELL_DATA, True)])
-    assert not read.diagnostics and [e.weld.speed for e in walk(read) if e.weld is not None] == list(speeds)
+@pytest.mark.parametrize(("source", "weld", "zone", "declared"), MODULES)
+def test_zones_are_smaller_than_the_shortest_gap_and_each_speed_has_its_weld_data(
+    source: Source, weld: str | None, zone: str, declared: list[str]
+) -> None:
+    text, _ = module(source, CELL, weld=weld)
+    read = read_program([text, Source("cell.sys", CELL, True)])
+    events = [event for event in walk(read) if event.weld is not None]
+    assert not read.diagnostics and set(re.findall(r",(z\d+),tTorch", text.data.decode())) == {"z10", zone}
+    assert re.findall(r"welddata (\w+:=\[[\d.]+),", text.data.decode()) == declared
+    speeds = read_seam_points(source).speed_mm_s
+    assert speeds is None or [e.weld.speed for e in events if e.weld] == speeds.tolist()
 
 
 ALL = table(*ROWS)
@@ -217,7 +211,7 @@ CANNOT = [
 
 @pytest.mark.parametrize(("source", "options", "code", "message"), CANNOT)
 def test_data_or_points_that_cannot_be_used(source: Source, options: dict[str, str], code: str, message: str) -> None:
-    finding = refused(lambda: module(source, CELL_DATA, **options))[0]
+    finding = refused(lambda: module(source, CELL, **options))[0]
     assert finding.code == code and message in finding.message and finding.help
     if code == "RAP020":  # the module is not written: the finding has no place in it
         assert finding.place == "" and "--with" in finding.help
@@ -236,19 +230,17 @@ def test_of_two_wrists_the_one_with_less_turn_of_axes_4_and_6_is_taken(q4: float
     assert confs[1:-1] == [tuple(conf) for conf in confdata(ROBOT, way).tolist()]
 
 
-@pytest.mark.parametrize("last", [ROWS[3], "bad,0,0,0,1,0,0,0,1"], ids=["right", "wrong"])
-def test_the_command_writes_a_compensated_module_if_all_rows_are_right(
-    last: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    points, module = tmp_path / "points.csv", tmp_path / "Hull_12.mod"
-    points.write_bytes(table(*ROWS[:3], last).data)
-    words = ["seam", str(points), "-o", str(module), "--robot", ROBOT.name, "--tool", TOOL, "--wobj", WOBJ, "--json"]
-    code, captured = run(build(), words), capsys.readouterr()
-    if last != ROWS[3]:
-        assert code == 2 and "SEA002" in captured.out + captured.err and not module.exists()
-        return
-    assert code == 0 and "by default, weld data" in captured.err
+def test_the_command_writes_a_compensated_module(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "points.csv").write_bytes(table(*ROWS).data)
+    words = ["--robot", ROBOT.name, "--tool", TOOL, "--wobj", WOBJ, "--json"]
+    assert run(build(), ["seam", f"{tmp_path}/points.csv", "-o", f"{tmp_path}/Hull_12.mod", *words]) == 0
+    captured, text = capsys.readouterr(), (tmp_path / "Hull_12.mod").read_text()
     assert [s["status"] for s in json.loads(captured.out)["statements"]] == ["compensated"] * 6
-    text = module.read_text()
+    assert "by default, weld data" in captured.err
     assert text.startswith("MODULE Hull_12\n") and ": compensated for irb4600_60_205" in text
-    assert len(walk(program(text))) >= 6
+
+
+def test_the_command_writes_nothing_if_a_row_is_wrong(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "points.csv").write_bytes(table(*ROWS[:2], "bad,0,0,0,1,0,0,0,1").data)
+    assert run(build(), ["seam", f"{tmp_path}/points.csv", "-o", f"{tmp_path}/s.mod", "--robot", ROBOT.name]) == 2
+    assert "SEA002" in capsys.readouterr().err and not (tmp_path / "s.mod").exists()
