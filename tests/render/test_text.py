@@ -1,4 +1,4 @@
-"""Numbers in the text: what the controller reads back is the value that was meant."""
+"""Numbers and lines in the text: what the controller reads back is the value, and the statement, that was meant."""
 
 from __future__ import annotations
 
@@ -8,8 +8,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from postproc.render.numbers import MM_DECIMALS, QUATERNION_DECIMALS, number_like, rapid_number
+from postproc.rapid.syntax.tokens import tokenize
 from postproc.render.templates import axes, mm, quaternion
+from postproc.render.text import (
+    LINE_WIDTH,
+    LONGEST_LINE,
+    MM_DECIMALS,
+    QUATERNION_DECIMALS,
+    broken,
+    number_like,
+    rapid_number,
+)
 
 PLAIN = re.compile(r"(?!-0(\.0*)?$)-?\d+(\.\d+)?")  # without a negative zero
 values = st.one_of(st.floats(-5000, 5000), st.floats(-1, 1), st.floats(-1e-4, 1e-4))
@@ -70,3 +79,38 @@ def test_filters_write_lengths_quaternions_and_external_axes() -> None:
     assert mm((1200.00049, -0.0001, 3.14159)) == ["1200", "0", "3.142"]
     assert quaternion((1.0, 0.0, -0.123456789, 1e-9)) == ["1", "0", "-0.1234568", "0"]
     assert axes((9e9, 0.0, 123.4567891, -9e9)) == ["9E9", "0", "123.456789", "-9000000000"]
+
+
+WAY = "(pS{i,2}.trans.x-pE{i,2}.trans.x)"
+PART = f"-1.5E-05*{WAY}+0.21*Pow(Distance(pS{{i,2}}.trans,pE{{i,2}}.trans)/1000,2)"
+STATEMENT = f"ArcL Offs(pE{{i,2}},{PART},{PART},{PART}),v100,sm1,wd1,z1,tA\\WObj:=wA;"
+LONGER = STATEMENT.replace(PART, f"{PART}+{PART[1:]}")
+
+
+def tokens(text: str) -> list[bytes]:
+    data = text.encode()
+    return [data[slice(*span)] for kind, span in tokenize(data) if kind != "blank"]
+
+
+@pytest.mark.parametrize("text", [STATEMENT, STATEMENT.replace(PART, f"{PART}-{PART}"), STATEMENT[5:-1]])
+@pytest.mark.parametrize(("lead", "step"), [("    ", "      "), ("\t", "\t\t")])
+def test_a_broken_statement_says_the_same_on_shorter_lines(text: str, lead: str, step: str) -> None:
+    result = broken(text, lead, "\r\n")
+    first, *others = result.split("\r\n")
+    assert tokens(result) == tokens(text) and others and len(first) <= LINE_WIDTH
+    assert all(line.startswith(step) and len(line) <= LINE_WIDTH + len(step) for line in others)
+
+
+def test_lines_end_with_commas_or_begin_with_signs_of_sums() -> None:
+    first, *others = broken(STATEMENT, "", "\n").split("\n")
+    assert [first, *(line[-1] for line in others)] == ["ArcL Offs(pE{i,2},", ",", ",", ",", ";"]
+    assert [line.lstrip()[:6] for line in broken(LONGER, "", "\n").split("\n")[1:]] == ["+0.21*"] * 6
+
+
+KEPT = ["ArcL p1,v100;", STATEMENT[:LONGEST_LINE], STATEMENT.replace("v100", '"a,b"')]
+KEPT += [f"{STATEMENT} ! c", f"{STATEMENT}\n"]
+
+
+@pytest.mark.parametrize("text", KEPT)
+def test_a_statement_stays_that_is_short_or_has_a_string_a_comment_or_line_breaks(text: str) -> None:
+    assert broken(text, "  ", "\n") == text
