@@ -23,17 +23,18 @@ from postproc.rapid.syntax.edits import Edit, edited
 from postproc.rapid.syntax.expressions import read_full_expression
 from postproc.rapid.syntax.spans import literal
 from postproc.rapid.syntax.trees import Number
-from postproc.render.lines import broken, line_style
-from postproc.render.numbers import (
+from postproc.render.templates import fill, load_template
+from postproc.render.text import (
     MM_DECIMALS,
     POWERS,
     QUATERNION_DECIMALS,
+    broken,
+    line_style,
     number_like,
     rapid_number,
     written_decimals,
     written_like,
 )
-from postproc.render.templates import fill, load_template
 
 # What a plain move keeps of the statement it is derived from (no signals, seam data).
 _PLAIN_ROLES = frozenset({"to", "via", "speed", "zone", "tool", "\\v", "\\wobj", "\\tload"})

@@ -172,8 +172,8 @@ def _sentence(comparison: Comparison, values: Values) -> str:
     noise_text = "the noise is not known" if noise is None else f"the noise is {noise:.3f} {kind.unit} per {kind.each}"
     subject = {"position": "The arm is", "orientation": "The flange is turned", "joint": "The worst joint is"}
     rows = values["set_aside_rows"]
-    some = "a row that lies" if len(rows) == 1 else f"{len(rows)} rows that lie"
-    without = f", without {some} far from everything else" if rows else ""
+    excluded = "a row that lies" if len(rows) == 1 else f"{len(rows)} rows that lie"
+    without = f", without {excluded} far from everything else" if rows else ""
     along = f" along {' and '.join(axes)}" if kind.name == "position" and len(axes) in (1, 2) else ""
     return (
         f"{subject[kind.name]} {values[kind.key('mean')]:.3f} {kind.unit} from where the model says{along}, "

@@ -11,7 +11,7 @@ from postproc.diagnostics import has_errors
 from postproc.effects.conformance.kit import check_effect
 from postproc.effects.loading import load_effect_file
 from postproc.effects.registry import effect_library, find_effect, installed_effects, keys_taken_twice
-from postproc.results.effect import check_document, effect_document, effects_document
+from postproc.results.library import check_document, effect_document, effects_document
 
 
 def list_(*, effects: EffectFiles = (), json: Flag = False) -> None:

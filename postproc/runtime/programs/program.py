@@ -18,7 +18,7 @@ from postproc.rapid.syntax.nodes import Routine, Statement
 from postproc.rapid.syntax.tokens import names_at
 from postproc.rapid.syntax.trees import Call
 from postproc.rapid.unknown import Unknown
-from postproc.render.lines import line_style
+from postproc.render.text import line_style
 
 PAYLOAD = "ppPayload"
 TRIED, LEVEL = 64, 0.01  # positions of external axes, change of gravity [m/s2] that is none

@@ -15,7 +15,7 @@ from postproc.rapid.evaluation.evaluate import names_in
 from postproc.rapid.program.from_the_arm import STANDING_FUNCTIONS, FromTheArm
 from postproc.rapid.program.program import Program, statements_of
 from postproc.rapid.syntax.edits import Edit
-from postproc.rapid.syntax.expressions import read_whole_expression
+from postproc.rapid.syntax.expressions import read_full_expression
 from postproc.rapid.syntax.tokens import names_at
 from postproc.rapid.syntax.trees import Call, Component, Expression, Index, Name, Star, nodes
 from postproc.rapid.unknown import Kind, Unknown
@@ -199,10 +199,10 @@ def _option(motion: MotionStatement, name: str) -> str:
     option = motion.argument(f"\\{name.lower()}")
     if option is None:
         return ""
-    sign = "?" if b"?" in motion.source.data[option.whole[0] : option.span[0]] else ":="
+    sign = "?" if b"?" in motion.source.data[option.full_span[0] : option.span[0]] else ":="
     return f"\\{name}{sign}{option.text}"
 
 
 def _tree(motion: MotionStatement, argument: Argument) -> Expression:
     """The syntax tree of an argument; raises ``Unknown`` where it is no expression that the reader knows."""
-    return read_whole_expression(motion.source.data, *argument.span, what="the target")
+    return read_full_expression(motion.source.data, *argument.span, what="the target")
