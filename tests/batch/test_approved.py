@@ -5,14 +5,12 @@ from __future__ import annotations
 import subprocess
 import sys
 import tomllib
-from pathlib import Path
 
 import pytest
 
-from .folders import program, write
+from .build import ROOT, program, write
 
 pytest_plugins = ("pytester",)
-ROOT = Path(__file__).resolve().parents[2]
 SUITE = """
 import pytest
 from postproc.testing import programs
@@ -21,13 +19,14 @@ from postproc.testing import programs
 def test_output(name, approved_program):
     approved_program(f"out/{name}", f"approved/{name}", tolerance_mm=0.2)
 """
+TEXT = program("Seam")
+NEAR, FAR = (TEXT.replace("1210,180,", f"1210,{y},") for y in ("180.1", "180.25"))
 
 
 @pytest.fixture
 def suite(pytester: pytest.Pytester) -> pytest.Pytester:
     """An integrator's repository: an approved program, and one that was produced today."""
-    text = program("Seam")
-    write(pytester.path, {"approved/a.mod": text, "out/a.mod": text})
+    write(pytester.path, {"approved/a.mod": TEXT, "out/a.mod": TEXT})
     pytester.makepyfile(SUITE)
     return pytester
 
@@ -38,44 +37,35 @@ def run(suite: pytest.Pytester, *options: str) -> pytest.RunResult:
 
 def test_the_fixture_says_what_moved_by_how_much_and_where(suite: pytest.Pytester) -> None:
     run(suite).assert_outcomes(passed=1)
-    moved = program("Seam").replace("1210,180,", "1210,180.25,")
-    (suite.path / "out/a.mod").write_text(moved)
+    write(suite.path, {"out/a.mod": FAR})
     result = run(suite)
     result.assert_outcomes(failed=1)
-    result.stdout.fnmatch_lines(
-        [
-            "out/a.mod is not as approved in approved/a.mod",
-            "*changed *Seam.rSeam *7 *7 *MoveL *0.2500 *",
-            "*pytest --approve-programs",
-        ]
-    )
-    result.stdout.no_fnmatch_line("*Traceback*")
-    result.stdout.no_fnmatch_line("*testing.py*")
+    moved = "*changed *Seam.rSeam *7 *7 *MoveL *0.2500 *"
+    result.stdout.fnmatch_lines(["out/a.mod is not as approved in approved/a.mod", moved, "*pytest --approve-programs"])
+    for pattern in ("*Traceback*", "*testing.py*"):
+        result.stdout.no_fnmatch_line(pattern)
 
 
 def test_programs_are_approved_on_request(suite: pytest.Pytester) -> None:
-    near, far = (program("Seam").replace("1210,180,", f"1210,{y},") for y in ("180.1", "180.25"))
-    write(suite.path, {"out/a.mod": near, "out/cell/new.mod": far})
+    write(suite.path, {"out/a.mod": NEAR, "out/cell/new.mod": FAR})
     run(suite).assert_outcomes(passed=1, failed=1)
     run(suite, "--approve-programs").assert_outcomes(passed=2)
-    assert (suite.path / "approved/cell/new.mod").read_text() == far
-    assert (suite.path / "approved/a.mod").read_text() == program("Seam")  # within the tolerance: left as it is
+    assert (suite.path / "approved/cell/new.mod").read_text() == FAR
+    assert (suite.path / "approved/a.mod").read_text() == TEXT, "within the tolerance: as it was"
     run(suite).assert_outcomes(passed=2)
 
 
-def test_a_program_that_is_no_longer_produced_is_missed(suite: pytest.Pytester) -> None:
-    (suite.path / "out/a.mod").unlink()
+@pytest.mark.parametrize("produced", [None, "text"])
+def test_what_is_no_program_or_no_longer_produced_is_never_approved(
+    suite: pytest.Pytester, produced: str | None
+) -> None:
+    (suite.path / "out/a.mod").unlink() if produced is None else write(suite.path, {"out/a.mod": produced})
     for options in ((), ("--approve-programs",)):
         result = run(suite, *options)
         result.assert_outcomes(failed=1)
-        result.stdout.fnmatch_lines(["out/a.mod is not there", "*delete approved/a.mod"])
-
-
-def test_what_is_no_program_is_never_approved(suite: pytest.Pytester) -> None:
-    (suite.path / "out/a.mod").write_text("text")
-    result = run(suite, "--approve-programs")
-    assert result.ret == pytest.ExitCode.TESTS_FAILED
-    assert (suite.path / "approved/a.mod").read_text() == program("Seam")
+        if produced is None:
+            result.stdout.fnmatch_lines(["out/a.mod is not there", "*delete approved/a.mod"])
+    assert (suite.path / "approved/a.mod").read_text() == TEXT
 
 
 def test_pytest_finds_the_plug_in_and_starts_as_fast_as_before() -> None:
@@ -84,6 +74,5 @@ def test_pytest_finds_the_plug_in_and_starts_as_fast_as_before() -> None:
     assert name == module == "postproc.testing"
     code = f"import sys; import pytest; import {module}; print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT).stdout
-    ours = {m for m in loaded.split() if m.split(".")[0] == "postproc"}
-    assert ours == {"postproc", "postproc.testing"}
+    assert {m for m in loaded.split() if m.split(".")[0] == "postproc"} == {"postproc", "postproc.testing"}
     assert not {"numpy", "scipy", "pinocchio", "rich", "cyclopts"} & {m.split(".")[0] for m in loaded.split()}
