@@ -1,4 +1,4 @@
-"""States of an arm with all that a table or a program may record, drawn once; the frames are random turns and places."""
+"""States of an arm with all that a table or a program may record, drawn once; frames are random."""
 
 from __future__ import annotations
 

@@ -216,8 +216,13 @@ def test_channels_of_the_order_are_filled_in_from_the_inside_once():
 
 @pytest.mark.parametrize(
     ("name", "at_rest"),
-    [("lag(temperature, 9 s)", STATE.temperature), ("before(q2)", STATE.q[:, 1]), ("play(q2, 1 mrad)", 0.0), ("rise(q2)", 0.0)],
-)  # fmt: skip
+    [
+        ("lag(temperature, 9 s)", STATE.temperature),
+        ("before(q2)", STATE.q[:, 1]),
+        ("play(q2, 1 mrad)", 0.0),
+        ("rise(q2)", 0.0),
+    ],
+)
 def test_without_an_order_a_state_is_at_rest(name, at_rest):
     assert_allclose(channel(name).values(STATE), np.broadcast_to(at_rest, len(STATE)))
 
