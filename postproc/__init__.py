@@ -196,7 +196,7 @@ def fit(data: Measurements, robot: str, effects: Sequence[str] = BASE) -> Fit:
             farther off than the nominal arm.
     """
     from postproc.effects.registry import effect_library, find_effect
-    from postproc.estimation.nominal import no_farther_than_nominal
+    from postproc.estimation.recorded import no_farther_than_nominal
     from postproc.identification.add import fit_effects
     from postproc.model.arm import Model
     from postproc.robot.catalogue import load_robot

@@ -166,6 +166,18 @@ def in_order(channels: Iterable[Channel], state: State, site: Site = Site()) -> 
     return state.with_(channels={**state.channels, **ordered}) if ordered else state
 
 
+def with_sources(reads: Iterable[str]) -> tuple[str, ...]:
+    """Return the channels that an effect declares, and those from which the derived ones among them are computed."""
+    return tuple(dict.fromkeys(x for name in reads for x in (name, *(channel(name).reads if "(" in name else ()))))
+
+
+def at_rest(channels: Iterable[Channel], state: State) -> State:
+    """Return the states with those channels of the rows' order that are not there as of an arm at rest."""
+    resting = {c.name: c.values(state) for c in channels if c.name not in state.channels}
+    known = {name: values for name, values in resting.items() if values is not None}
+    return state.with_(channels={**state.channels, **known}) if known else state
+
+
 @cache
 def channel(name: str) -> Channel:
     """Return the channel of a name.

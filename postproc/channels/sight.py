@@ -9,7 +9,6 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.channels.state import State
 from postproc.channels.tool import point_of, tool_poses
-from postproc.robot.pose import displace
 
 READINGS = ("azimuth", "elevation", "distance", "scale")
 """Readings that may be off; scale is an error in proportion to the distance.
@@ -31,6 +30,13 @@ class Site:
     instrument: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
+def _T_instrument_base(site: Site) -> Array:
+    """Return the pose (4, 4) of the base as the instrument sees it."""
+    from postproc.robot.pose import displace  # loads scipy, which a library of effects does not need
+
+    return displace(np.array(site.instrument))
+
+
 def measured_point(state: State, site: Site) -> Array:
     """Return (n, 3) [m] the measured point in base axes, of the arm with the poses that a model has filled in."""
     return point_of(state, np.array(site.point))
@@ -38,7 +44,7 @@ def measured_point(state: State, site: Site) -> Array:
 
 def seen_point(state: State, site: Site) -> Array:
     """Return (n, 3) [m] the measured point in the axes of the instrument."""
-    T, point = displace(np.array(site.instrument)), measured_point(state, site)
+    T, point = _T_instrument_base(site), measured_point(state, site)
     if state.T_reference_base is not None:
         reference = state.T_reference_base
         point = np.einsum("nij,nj->ni", reference[:, :3, :3], point) + reference[:, :3, 3]
@@ -47,7 +53,7 @@ def seen_point(state: State, site: Site) -> Array:
 
 def beam(state: State, site: Site) -> Array:
     """Return (n, 3) unit direction from the instrument to the point in the axes of the tool."""
-    T, seen = displace(np.array(site.instrument)), seen_point(state, site)
+    T, seen = _T_instrument_base(site), seen_point(state, site)
     turn = tool_poses(state)[:, :3, :3]
     if state.T_reference_base is not None:
         turn = state.T_reference_base[:, :3, :3] @ turn

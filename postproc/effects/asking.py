@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.channels.expression import at_rest
 from postproc.channels.state import State
 from postproc.effects.base import Effect
 from postproc.effects.contract import Displacement, Load
@@ -17,7 +18,7 @@ def displacement_of(effect: Effect, state: State) -> Displacement:
     """Evaluate the displacement of an effect; empty where a channel that it reads was not recorded."""
     if any(state.channel(name) is None for name in effect.reads if "(" not in name):
         return Displacement()
-    result = effect.displacement(state)
+    result = effect.displacement(at_rest(effect.ordered_channels, state))
     if result is None:
         return Displacement()
     if not isinstance(result, Displacement):
@@ -31,10 +32,10 @@ def load_of(effect: Effect, state: State) -> Load:
     """Evaluate the load of an effect; empty where a channel that it reads, other than ``load``, was not recorded."""
     if any(state.channel(name) is None for name in effect.reads if name != "load" and "(" not in name):
         return Load()
-    given = effect.load(state)
-    if isinstance(given, Load):
-        return Load(_array(given.joint), _bodies(given.body))
-    return Load() if given is None else given
+    result = effect.load(at_rest(effect.ordered_channels, state))
+    if isinstance(result, Load):
+        return Load(_array(result.joint), _bodies(result.body))
+    return Load() if result is None else result
 
 
 def loads_of(effects: Sequence[Effect], state: State) -> Load:

@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.channels.expression import Channel, channel
+from postproc.channels.expression import Channel, channel, with_sources
 from postproc.channels.state import State
 from postproc.diagnostics import PostprocError
 from postproc.effects.contract import Displacement, Load
@@ -120,7 +120,7 @@ class Effect:
         doc = cls.__dict__.get("__doc__") or ""
         cls.title = doc.strip().split("\n")[0].partition(" Source:")[0]
         cls.key = key or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
-        cls.reads = cls.reads if reads is None else _with_sources((reads,) if isinstance(reads, str) else reads)
+        cls.reads = cls.reads if reads is None else with_sources((reads,) if isinstance(reads, str) else reads)
         cls.linear = cls.linear if linear is None else linear
         cls.about_data = cls.about_data if about_data is None else about_data
         cls.beside = cls.beside if beside is None else beside
@@ -187,6 +187,10 @@ class Effect:
     def unlimited(self) -> Self:
         """Return the effect without the limits of its fitted range, to tell how uncertain predictions beyond it are."""
         return self
+
+    def symbols(self) -> Iterator[str]:
+        """Yield its law in symbols with the present parameters; nothing where its docstring states the equation."""
+        yield from ()
 
     def undecided(self) -> Iterator[tuple[Self, Self]]:
         """Yield pairs of the effect at both ends of a structural number that the data leaves open; by default none."""
@@ -337,11 +341,6 @@ class Effect:
         module = sys.modules.get(type(self).__module__)
         fields = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}  # type: ignore[arg-type]
         return restore, (type(self).__module__, getattr(module, "__file__", None), type(self).__qualname__, fields)
-
-
-def _with_sources(reads: Sequence[str]) -> tuple[str, ...]:
-    """Return the channels that an effect declares, and those from which the derived ones among them are computed."""
-    return tuple(dict.fromkeys(x for name in reads for x in (name, *(channel(name).reads if "(" in name else ()))))
 
 
 @dataclass(frozen=True, slots=True)

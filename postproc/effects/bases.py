@@ -104,6 +104,8 @@ BASES: dict[str, Basis] = {
 """Functions by name. Folded, halved and triangular waves go one way or straight up and down: an eccentric that pushes,
 a bearing that gives, magnets; a saw tooth is what an encoder does that repeats on each of its marks."""
 
+TIMES = " * "
+"""Between the channels of a product, and between their functions."""
 GATES: dict[str, tuple[Callable[[Any], Any], str]] = {
     "only": (lambda g: g, "{g}"),
     "except": (lambda g: 1 - g, "(1 - {g})"),

@@ -58,21 +58,21 @@ def check_table(cls: type[DeclaredEffect], table: Mapping[str, Any]) -> list[Fie
     Parameters are checked only where names and structural choices are right, as these decide shapes.
     """
     allowed = [*cls.structures(), *cls.parameters()]
-    found: list[FieldProblem] = []
+    problems: list[FieldProblem] = []
     for name in table:
         if name not in allowed:
             hint = did_you_mean(name, allowed) or "allowed: " + ", ".join(f"`{a}`" for a in allowed)
-            found.append(FieldProblem("EFF021", name, f"`{cls.key}` has no parameter `{name}`", hint))
+            problems.append(FieldProblem("EFF021", name, f"`{cls.key}` has no parameter `{name}`", hint))
     chosen = {name: table[name] for name in cls.structures() if name in table}
     for name, value in chosen.items():
-        found += _check_structure(cls, name, value)
-    if found:
-        return found
+        problems += _check_structure(cls, name, value)
+    if problems:
+        return problems
     like = cls(**chosen)
     for name in cls.parameters():
         if name in table:
-            found += _check_parameter(like, name, table[name])
-    return found
+            problems += _check_parameter(like, name, table[name])
+    return problems
 
 
 def restore(module: str, file: str | None, name: str, fields: dict[str, Any]) -> Any:
@@ -86,10 +86,10 @@ def restore(module: str, file: str | None, name: str, fields: dict[str, Any]) ->
             if file is None:
                 raise
             load_module(file)
-    found: Any = sys.modules[module]
+    cls: Any = sys.modules[module]
     for part in name.split("."):
-        found = getattr(found, part)
-    return found(**fields)
+        cls = getattr(cls, part)
+    return cls(**fields)
 
 
 def _check_structure(cls: type[DeclaredEffect], name: str, value: Any) -> list[FieldProblem]:
@@ -112,8 +112,8 @@ def _check_structure(cls: type[DeclaredEffect], name: str, value: Any) -> list[F
     if many != isinstance(value, (list, tuple)) or not all(_is_number(v) for v in numbers):
         wanted = "a list of numbers" if many else "one number"
         return [FieldProblem("EFF023", name, f"`{name}` of `{cls.key}` is not {wanted}", f"write {wanted}")]
-    whole = all(isinstance(v, int) for v in (default if many else [default]))
-    if whole and not all(isinstance(v, int) for v in numbers):
+    integer = all(isinstance(v, int) for v in (default if many else [default]))
+    if integer and not all(isinstance(v, int) for v in numbers):
         text = f"`{name}` of `{cls.key}` is not a whole number"
         return [FieldProblem("EFF023", name, text, "write it without a decimal point")]
     return [
@@ -144,10 +144,10 @@ def _check_parameter(like: DeclaredEffect, name: str, value: Any) -> list[FieldP
         has = f"has {' x '.join(map(str, array.shape))} numbers" if array.shape else "is a single number"
         return [FieldProblem("EFF022", name, f"`{name}` of `{like.key}` {has}", f"give {wanted}")]
     low, high = broadcast(meta.low, shape), broadcast(meta.high, shape)
-    outside = ~((array >= low) & (array <= high))  # NaN is outside as well
-    if not outside.any():
+    beyond = ~((array >= low) & (array <= high))  # NaN is outside as well
+    if not beyond.any():
         return []
-    at = tuple(np.argwhere(outside)[0])
+    at = tuple(np.argwhere(beyond)[0])
     limits = f"allowed: {low[at]:g} to {high[at]:g} {meta.unit}"
     return [FieldProblem("EFF024", name, f"`{name}` of `{like.key}` is {array[at]:g} {meta.unit}", limits)]
 

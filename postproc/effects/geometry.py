@@ -73,8 +73,8 @@ def weight(state: State, body: int, masses: Sequence[Mass], T_body_part: Array |
     T = T_base if T_body_part is None else T_base @ T_body_part
     origin, n = T_base[:, :3, 3], len(state)
     each = []
-    for given, moment in masses:
-        m = np.broadcast_to(np.asarray(given, dtype=float), (n,))[:, None]
+    for mass_kg, moment in masses:
+        m = np.broadcast_to(np.asarray(mass_kg, dtype=float), (n,))[:, None]
         each.append((m, turned(T[:, :3, :3], np.broadcast_to(moment, (n, 3))) + m * (T[:, :3, 3] - origin)))
     mass, first = sum((m for m, _ in each), np.zeros((n, 1))), sum((f for _, f in each), np.zeros((n, 3)))
     force, torque = mass * state.gravity, np.cross(first, state.gravity)

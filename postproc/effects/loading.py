@@ -27,8 +27,8 @@ def load_effect_file(path: str | Path, check: bool = True) -> tuple[type[Effect]
         message = "the file defines no effect"
         raise PostprocError.of("EFF008", message, source, help=help)
     _check_names(source)
-    if check and (found := problems_of(classes)):
-        raise PostprocError(found)
+    if check and (problems := problems_of(classes)):
+        raise PostprocError(problems)
     return classes
 
 

@@ -93,22 +93,22 @@ def effect_library(files: Iterable[str | Path] = ()) -> dict[str, type[Effect]]:
     every = [*BUILT_IN, *installed_effects()[0]]
     for file in dict.fromkeys(Path(f).resolve() for f in files):
         every += load_effect_file(file)
-    if found := keys_taken_twice(every):
-        raise PostprocError(found)
+    if taken := keys_taken_twice(every):
+        raise PostprocError(taken)
     return {cls.key: cls for cls in every}
 
 
 def keys_taken_twice(classes: Iterable[type[Effect]]) -> list[Diagnostic]:
     """Return EFF007 for every effect class whose key an earlier one has."""
     library: dict[str, type[Effect]] = {}
-    found: list[Diagnostic] = []
+    taken: list[Diagnostic] = []
     for cls in classes:
         first = library.setdefault(cls.key, cls)
         if first is not cls:
             message = f"the key `{cls.key}` is taken twice: {origin(first)} and {origin(cls)}"
             help = 'give the class another name, or another key: class Name(Effect, key="...")'
-            found.append(finding("EFF007", message, cls, help=help))
-    return found
+            taken.append(finding("EFF007", message, cls, help=help))
+    return taken
 
 
 def find_effect(key: str, library: Library) -> type[Effect]:
@@ -132,16 +132,16 @@ def installed_effects() -> tuple[list[type[Effect]], list[Diagnostic]]:
     An entry point names a class, or a module whose effects are all taken. Left out is one that does not load (EFF001),
     whose key is taken (EFF007) or that fails a check; this is no error, since most commands need none of them.
     """
-    found: list[type[Effect]] = []
+    effects: list[type[Effect]] = []
     wrong: list[Diagnostic] = []
     for entry in entry_points(group=GROUP):
         classes, problems = _installed(entry)
         wrong += [replace(d, severity="warning") for d in problems]
         for cls in classes:
-            taken = keys_taken_twice([*BUILT_IN, *found, cls])
-            found += [] if taken else [cls]
+            taken = keys_taken_twice([*BUILT_IN, *effects, cls])
+            effects += [] if taken else [cls]
             wrong += [replace(d, severity="warning") for d in taken]
-    return found, wrong
+    return effects, wrong
 
 
 @cache
@@ -155,5 +155,5 @@ def _installed(entry: EntryPoint) -> tuple[tuple[type[Effect], ...], tuple[Diagn
         return (), (Diagnostic("EFF001", "error", message, help="repair or remove that package"),)
     classes = tuple(effects_of(loaded)) if isinstance(loaded, ModuleType) else (loaded,)
     problems = [problems_of((cls,)) for cls in classes]
-    sound = tuple(cls for cls, found in zip(classes, problems, strict=True) if not found)
+    sound = tuple(cls for cls, wrong in zip(classes, problems, strict=True) if not wrong)
     return sound, tuple(chain.from_iterable(problems))

@@ -71,4 +71,4 @@ class RunTimeTables:
                 return {key: a.get(key, ()) + b.get(key, ()) for key in {**a, **b}}
             return a + b
 
-        return RunTimeTables(**{name: both(mine, getattr(other, name)) for name, mine in vars(self).items()})
+        return RunTimeTables(**{name: both(value, getattr(other, name)) for name, value in vars(self).items()})

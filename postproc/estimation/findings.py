@@ -24,38 +24,38 @@ TOO_LOUD, FEW = 5.0, 20
 """No noise is so many times what a fit with so many numbers to spare leaves."""
 
 MOST_ROWS_NAMED = 9
-"""Rows that are named beside the one that stands out most."""
+"""Rows that are named after the one that stands out most."""
 
 
 def data_findings(fit: Fit) -> list[Diagnostic]:
-    """Return findings on the data of a fit: an impossible noise, rows set aside, rows far off the fitted model ..
+    """Return findings on the data of a fit: an impossible noise, excluded rows, rows far off the fitted model ..
 
     They are DAT013, DAT025, DAT027, DAT032 and DAT037.
     """
-    found = [*some_of_many(fit.data), *too_loud(fit), *one_path(fit)]
-    own, stated, unit = larger_noise(fit), fit.noise, fit.observed.unit
-    if own is not stated and chance_of_excess(_ratio(own, stated), own.dof, np.inf) < DOUBTFUL_CHANCE:
+    findings = [*some_of_many(fit.data), *too_loud(fit), *one_path(fit)]
+    noise, stated, unit = larger_noise(fit), fit.noise, fit.observed.unit
+    if noise is not stated and chance_of_excess(_ratio(noise, stated), noise.dof, np.inf) < DOUBTFUL_CHANCE:
         message = (
-            f"the repeats scatter by {1e3 * (own.sigma or 0):.3f} {unit} per {fit.observed.each}, more than the stated "
-            f"noise of {1e3 * (stated.sigma or 0):.3f} {unit}"
+            f"the repeats scatter by {1e3 * (noise.sigma or 0):.3f} {unit} per {fit.observed.each}, more than the "
+            f"stated noise of {1e3 * (stated.sigma or 0):.3f} {unit}"
         )
-        found.append(Diagnostic("DAT027", "warning", message, fit.data.source, help="leave the stated noise out"))
+        findings.append(Diagnostic("DAT027", "warning", message, fit.data.source, help="leave the stated noise out"))
     size = 1e3 * distances(fit.observed_error)
-    for i in fit.set_aside:
+    for i in fit.excluded:
         message = f"{fit.data.name(i)} lies {size[i]:.2f} {unit} from the fitted model, far more than any other"
         message += "; it is left out"
         help_ = "measure the row again; if it repeats, it shows something that the model lacks"
-        found.append(Diagnostic("DAT013", "warning", message, *fit.data.where(i), help_))
+        findings.append(Diagnostic("DAT013", "warning", message, *fit.data.where(i), help_))
     if rows := sorted(standing_out(fit).tolist(), key=lambda i: -size[i]):
         message = (
             f"{fit.data.name(rows[0])} lies {size[rows[0]]:.2f} {unit} from the fitted model, more than noise explains"
         )
         if others := [fit.data.name(i) for i in rows[1:]]:
-            more = [f"{len(others) - MOST_ROWS_NAMED} more"] if len(others) > MOST_ROWS_NAMED else []
-            message += f"; so do {joined([*others[:MOST_ROWS_NAMED], *more])}"
+            counted = [f"{len(others) - MOST_ROWS_NAMED} more"] if len(others) > MOST_ROWS_NAMED else []
+            message += f"; so do {joined([*others[:MOST_ROWS_NAMED], *counted])}"
         help_ = "measure the row again; it may be a bad reading, or the one that shows a missing effect"
-        found.append(Diagnostic("DAT025", "warning", message, *fit.data.where(rows[0]), help_))
-    return found
+        findings.append(Diagnostic("DAT025", "warning", message, *fit.data.where(rows[0]), help_))
+    return findings
 
 
 def some_of_many(data: Measurements) -> list[Diagnostic]:
@@ -101,13 +101,17 @@ def one_path(fit: Fit) -> list[Diagnostic]:
 
 def larger_noise(fit: Fit) -> Noise:
     """Return the noise of a fit, or that of its repeats where these scatter more than the user's figure."""
-    own = estimate_noise(fit.data, fit.model.robot, error=fit.observed_error)
-    return own if fit.noise.origin == "user" and own.origin == "repeats" and _ratio(own, fit.noise) > 1 else fit.noise
+    repeats = estimate_noise(fit.data, fit.model.robot, error=fit.observed_error)
+    return (
+        repeats
+        if fit.noise.origin == "user" and repeats.origin == "repeats" and _ratio(repeats, fit.noise) > 1
+        else fit.noise
+    )
 
 
-def _ratio(own: Noise, stated: Noise) -> float:
+def _ratio(noise: Noise, stated: Noise) -> float:
     """Return the ratio of the variance of a noise to that of the stated one."""
-    return ((own.sigma or 0.0) / max(stated.sigma or 0.0, 1e-300)) ** 2
+    return ((noise.sigma or 0.0) / max(stated.sigma or 0.0, 1e-300)) ** 2
 
 
 def standing_out(fit: Fit) -> NDArray[np.int_]:
@@ -130,14 +134,14 @@ def cautions(fit: Fit) -> list[Diagnostic]:
 
 def _unread(fit: Fit) -> list[Diagnostic]:
     """Return DAT021 for every effect that cannot be fitted, since it reads a channel that was not measured."""
-    found = []
+    findings = []
     for effect in fit.model.effects:
         missing = effect.missing(fit.problem.sensitivity.state)
         if missing:
             message = f"`{effect.key}` reads {', '.join(missing)}: the measurements have no such column, it is held"
             help_ = "measure with that channel, or leave the effect out"
-            found.append(Diagnostic("DAT021", "warning", message, fit.data.source, help=help_))
-    return found
+            findings.append(Diagnostic("DAT021", "warning", message, fit.data.source, help=help_))
+    return findings
 
 
 def _scarce(fit: Fit) -> list[Diagnostic]:
@@ -171,9 +175,9 @@ def _unphysical(fit: Fit) -> list[Diagnostic]:
             width[j] = 1.96 * np.sqrt(fit.scatter_of_parameters * fit.inverse[k, k])
     for j in (i for key, i in fit.at_bound if key == effect.key):
         column = fit.linear.project(fit.problem.slopes(effect, np.arange(len(x)) == j))
-        told = float(np.sum(column**2))
-        x[j] += float(column[:, 0] @ fit.linear.residual) / max(told, 1e-300)
-        width[j] = 1.96 * np.sqrt(fit.variance / max(told, 1e-300))
+        information = float(np.sum(column**2))
+        x[j] += float(column[:, 0] @ fit.linear.residual) / max(information, 1e-300)
+        width[j] = 1.96 * np.sqrt(fit.variance / max(information, 1e-300))
     joints = [str(j + 1) for j in np.flatnonzero(x + width < 0)]
     if not joints:
         return []

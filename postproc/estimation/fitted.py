@@ -7,15 +7,20 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.effects.roles import Role
 from postproc.estimation.evidence import CLOSE_EVIDENCE
-from postproc.estimation.excess import excess_variance
-from postproc.estimation.leftover import Leftover, split_residual
 from postproc.estimation.posterior import Posterior, posterior_of
+from postproc.estimation.residual_split import ResidualSplit, split_residual
 from postproc.estimation.solution import Solution
 from postproc.measure.checks.repeats import Noise
+
+ODDS = 2.0
+"""Odds before any data that a fitted model lacks something of the arm, to none."""
+NODES = 64
+"""Values of the noise's variance that stand for its own uncertainty."""
 
 
 @dataclass(frozen=True)
@@ -23,19 +28,19 @@ class NoiseParts:
     """The noise of one measured number and its parts.
 
     Args:
-        noise: as the data tells it before a fit. square: residual variance of what was observed [m^2], [rad^2].
-        silent: share of that variance that follows no channel (restricted likelihood); asked for where repeats tell
-            nothing.
+        noise: as known before a fit. square: residual variance of what was observed [m^2], [rad^2].
+        noise_share: share of that variance that follows no channel (restricted likelihood); used where repeats
+            say nothing.
     """
 
     noise: Noise
     square: float
-    silent: Callable[[], float]
+    noise_share: Callable[[], float]
 
     @property
-    def unfollowed(self) -> float:
+    def channel_independent(self) -> float:
         """Standard deviation [m], [rad] of angles, of the part of the residual that depends on no channel."""
-        return float(np.sqrt(self.silent() * self.square))
+        return float(np.sqrt(self.noise_share() * self.square))
 
     @property
     def repeatability(self) -> float | None:
@@ -46,7 +51,7 @@ class NoiseParts:
         """
         if self.noise.instrument is None or self.noise.sigma is not None:
             return self.noise.repeatability
-        return float(np.sqrt(max(self.unfollowed**2 - self.noise.instrument**2, 0.0)))
+        return float(np.sqrt(max(self.channel_independent**2 - self.noise.instrument**2, 0.0)))
 
     @property
     def level(self) -> float | None:
@@ -73,7 +78,7 @@ class Fit(Solution):
     """A fitted model and what the data says about it."""
 
     @cached_property
-    def leftover(self) -> Leftover:
+    def residual_split(self) -> ResidualSplit:
         """How much of the residual is noise, and the held-out error that free functions of the channels would reach."""
         return split_residual(self)
 
@@ -84,24 +89,24 @@ class Fit(Solution):
         `compare`, `diagnose` and `add` all report the bound of the unchanged model fitted to all rows, so that a table
         has one.
         """
-        return self.leftover.held_out
+        return self.residual_split.held_out
 
     @property
     def parts(self) -> NoiseParts:
         """The noise split into the instrument's share and the arm's repeatability."""
-        return NoiseParts(self.noise, self._square, lambda: self.leftover.noise)
+        return NoiseParts(self.noise, self._square, lambda: self.residual_split.noise_share)
 
     @cached_property
     def unexplained(self) -> float:
         """Standard deviation per axis [m], [rad] of angles, of the model's error of the true pose, without the noise.
 
-        It is what the residual variance may have beside that of the noise (`excess_variance`); without a known noise,
-        it is the part of the residual that follows the channels.
+        It is the excess of the residual variance over that of the noise (`excess_variance`); without a known noise, it
+        is the part of the residual that follows the channels.
         """
-        own, noise = self.overconfidence * self._square, self.noise.sigma
+        variance, noise = self.overconfidence * self._square, self.noise.sigma
         if noise is None:
-            return float(np.sqrt(own * (1 - self.leftover.noise)))
-        return float(np.sqrt(excess_variance(own, max(self.freedom, 1.0), noise**2, self.noise.dof)))
+            return float(np.sqrt(variance * (1 - self.residual_split.noise_share)))
+        return float(np.sqrt(excess_variance(variance, max(self.freedom, 1.0), noise**2, self.noise.dof)))
 
     @property
     def unnamed(self) -> bool:
@@ -109,7 +114,7 @@ class Fit(Solution):
         return any(e.role is Role.CURVE and not e.is_null for e in self.model.effects)
 
     @cached_property
-    def undecided(self) -> float:
+    def formula_uncertainty(self) -> float:
         """Standard deviation per axis [m] that the uncertain form of a law without a name adds to predictions.
 
         It is the difference to a form that is worse by odds of 50 to 1; 0 where the model has no such law.
@@ -130,7 +135,7 @@ class Fit(Solution):
 
     @property
     def covariance(self) -> Array:
-        """(p, p) covariance of the fitted parameters in the order of ``parameters``, the open ones given."""
+        """(p, p) covariance of the fitted parameters in the order of ``parameters``, the unidentifiable ones known."""
         count = len(self.parameters)
         return self.posterior.covariance[:count, :count]
 
@@ -149,7 +154,7 @@ class Fit(Solution):
     @cached_property
     def sigma(self) -> dict[tuple[str, int], float]:
         """Standard deviation of each parameter, by effect key and index in the effect's vector."""
-        names = (*self.posterior.names, *self.posterior.left_open)
+        names = (*self.posterior.names, *self.posterior.unidentifiable)
         return dict(zip(names, self.posterior.deviations.tolist(), strict=True))
 
     @cached_property
@@ -162,3 +167,42 @@ class Fit(Solution):
         for (key, i), deviation in self.sigma.items():
             result[key][i] = wide * deviation
         return result
+
+
+def excess_variance(total: float, dof: float, noise: float, noise_dof: float) -> float:
+    """Return the posterior mean of the variance u^2 that a residual has in addition to the noise's n^2.
+
+    A residual variance s^2 with nu degrees of freedom is (n^2 + u^2) chi^2_nu / nu, and that of the noise as estimated
+    n^2 chi^2_d / d. Before, the odds that something is lacking are h to 1, and if so, n^2 / (n^2 + u^2) is uniform in
+    0 .. 1; else u = 0. With k = nu / 2, x = k s^2 / n^2 and g_a = e^x x^-a gamma(a, x) (the lower incomplete gamma
+    function) that is
+
+        E[u^2] / n^2 = h (g_k - g_(k+1)) / (1 + h g_(k+1)),
+
+    averaged over n^2 with the weight n^-nu e^-x (1 + h g_(k+1)). It goes to s^2 - n^2 where that is many times its own
+    uncertainty, and to 0 as many rows agree with the noise, but is not 0 because few rows prove nothing.
+
+    Args:
+        total: s^2; dof: nu > 0. noise: the estimate of n^2 > 0, in the same unit; noise_dof: d, infinite where known.
+    """
+    from scipy.special import chdtri
+
+    variance = np.array([noise])
+    if np.isfinite(noise_dof):
+        variance = noise * noise_dof / chdtri(noise_dof, (np.arange(NODES) + 0.5) / NODES)
+    k = 0.5 * dof
+    x = k * total / variance
+    first, second = (np.log(ODDS) + _log_scaled_gamma(a, x) for a in (k, k + 1.0))
+    mean = variance * np.expm1(np.maximum(first - second, 0.0)) / (1.0 + np.exp(-second))
+    weight = -k * np.log(variance) - x + np.logaddexp(0.0, second)
+    weight = np.exp(weight - weight.max())
+    return float(np.sum(weight * mean) / np.sum(weight))
+
+
+def _log_scaled_gamma(a: float, x: Array) -> Array:
+    """Return log(e^x x^-a gamma(a, x)) of x (m,) > 0, with the lower incomplete gamma function."""
+    from scipy.special import gammainc, gammaln, hyp1f1
+
+    small: NDArray[np.bool_] = x < a
+    direct = x - a * np.log(x) + gammaln(a) + np.log(gammainc(a, np.where(small, a, x)))
+    return np.where(small, np.log(hyp1f1(1.0, a + 1.0, np.where(small, x, 0.0)) / a), direct)

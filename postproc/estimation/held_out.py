@@ -23,11 +23,11 @@ def hold_out(y: Array, U: Array, blocks: NDArray[np.int_]) -> Array:
     """
     out = y - U @ (U.T @ y)
     for at in _members(blocks):
-        own = U[at]
-        if len(at) <= own.shape[1]:
-            out[at] = _left_out(own @ own.T, out[at])
+        basis = U[at]
+        if len(at) <= basis.shape[1]:
+            out[at] = _solve_complement(basis @ basis.T, out[at])
         else:
-            out[at] += own @ _left_out(own.T @ own, own.T @ out[at])
+            out[at] += basis @ _solve_complement(basis.T @ basis, basis.T @ out[at])
     return out
 
 
@@ -38,7 +38,7 @@ def standardised(y: Array, U: Array, blocks: NDArray[np.int_]) -> Array:
     """
     out = y - U @ (U.T @ y)
     for at in _members(blocks):
-        inverse = _left_out(U[at] @ U[at].T, np.eye(len(at)))
+        inverse = _solve_complement(U[at] @ U[at].T, np.eye(len(at)))
         out[at] = inverse @ out[at] / np.sqrt(np.maximum(np.diag(inverse), 1.0))
     return out
 
@@ -49,7 +49,7 @@ def _members(blocks: NDArray[np.int_]) -> list[NDArray[np.intp]]:
     return np.split(order, np.flatnonzero(np.diff(blocks[order])) + 1)
 
 
-def _left_out(square: Array, e: Array) -> Array:
+def _solve_complement(square: Array, e: Array) -> Array:
     """Return (I - H)^-1 e; the shortest least-squares solution where I - H is singular.
 
     Args:
@@ -57,14 +57,14 @@ def _left_out(square: Array, e: Array) -> Array:
     """
     from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
-    whole = np.eye(len(e)) - square
+    complement = np.eye(len(e)) - square
     try:
-        factor = cho_factor(whole, check_finite=False)
+        factor = cho_factor(complement, check_finite=False)
         if np.diag(factor[0]).min(initial=1.0) > 1e-4:
             return np.asarray(cho_solve(factor, e, check_finite=False))
     except LinAlgError:
         pass
-    return np.asarray(np.linalg.lstsq(whole, e, rcond=1e-9)[0])
+    return np.asarray(np.linalg.lstsq(complement, e, rcond=1e-9)[0])
 
 
 def contiguous_blocks(groups: NDArray[np.int_]) -> NDArray[np.int_]:
@@ -95,8 +95,8 @@ def neighbouring_blocks(groups: NDArray[np.int_], q: Array) -> NDArray[np.int_]:
     parts = [np.arange(len(poses))]
     while len(parts) < min(FEWEST_BLOCKS, len(poses)):
         parts.sort(key=len)
-        whole = parts.pop()
-        order = whole[np.argsort(poses[whole, np.argmax(np.std(poses[whole], axis=0))], kind="stable")]
+        largest = parts.pop()
+        order = largest[np.argsort(poses[largest, np.argmax(np.std(poses[largest], axis=0))], kind="stable")]
         parts += np.array_split(order, 2)
     block = np.empty(len(poses), dtype=int)
     for k, part in enumerate(parts):

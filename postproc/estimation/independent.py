@@ -34,7 +34,7 @@ def record_share(problem: Problem, plain: Linear, stopped: Sequence[Array]) -> f
     def share(linear: Linear) -> float:
         """Return `serial_share` of a fit's residual."""
         errors = np.full(problem.weights.values.shape, np.nan)
-        errors[problem.weights.used] = linear.rest
+        errors[problem.weights.used] = linear.projected_residual
         return serial_share(errors[order])
 
     moved = state.v if state.approach is None else np.concatenate([state.v, state.approach], axis=1)
@@ -61,13 +61,13 @@ def serial_share(errors: Array) -> float:
     n, total = len(x), float(np.sum(x**2))
     if n < 20 or total == 0.0:
         return 1.0
-    chance, whole = 2 / np.sqrt(np.isfinite(errors).sum()), 1.0
+    chance, correlation_sum = 2 / np.sqrt(np.isfinite(errors).sum()), 1.0
     for k in range(1, n // 4):
         rho = float(np.sum(x[k:] * x[:-k])) / total
         if rho < chance:
             break
-        whole += 2 * rho
-    return 1 / whole
+        correlation_sum += 2 * rho
+    return 1 / correlation_sum
 
 
 def independent_share(residual: Array, turns: Array, row: NDArray[np.int_]) -> float:

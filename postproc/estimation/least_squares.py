@@ -65,10 +65,10 @@ def fit_model(
     if data.rounded is not None or fit.problem.weights.turn is None:
         return fit
     watch("whether angles were rounded", 0.6)
-    told = replace(fit.data, rounded=rounded(fit))
-    if not told.rounded:
-        return _fitted(model, told, effects, noise, terms)
-    return replace(fit, problem=replace(fit.problem, data=told))
+    judged = replace(fit.data, rounded=rounded(fit))
+    if not judged.rounded:
+        return _fitted(model, judged, effects, noise, terms)
+    return replace(fit, problem=replace(fit.problem, data=judged))
 
 
 def _thinned(data: Measurements) -> Measurements:
@@ -111,9 +111,9 @@ def _noise_within_repeats(fit: Fit) -> Noise | None:
 
     Repeats at another time, temperature or force differ by what the model explains.
     """
-    left, known = estimate_noise(fit.data, fit.model.robot, error=fit.observed_error), fit.noise
-    told = known.origin == "repeats" and not known.rounding and fit.problem.weights.turn is None
-    return left if told and left.sigma and significantly_below(left.sigma**2, left.dof, known) else None
+    within, known = estimate_noise(fit.data, fit.model.robot, error=fit.observed_error), fit.noise
+    from_repeats = known.origin == "repeats" and not known.rounding and fit.problem.weights.turn is None
+    return within if from_repeats and within.sigma and significantly_below(within.sigma**2, within.dof, known) else None
 
 
 def _solved(problem: Problem, figures: Noise, fresh: frozenset[str], terms: Terms) -> Fit:
@@ -139,7 +139,7 @@ def _solved(problem: Problem, figures: Noise, fresh: frozenset[str], terms: Term
     few = enough_for_smoothness(problem)
     fit = solve(few, figures, place, fresh)
     problem = fit.problem if few is problem else problem
-    smooth = {key: choose_smoothness(fit, key, problem.rest.state) for key in rough}
+    smooth = {key: choose_smoothness(fit, key, problem.equilibrium.state) for key in rough}
     finer = [smooth[e.key].effect if e.key in smooth else e for e in fit.model.effects]
     masks = {**masks, **{key: np.ones(len(s.effect.vector()), dtype=bool) for key, s in smooth.items()}}
     strength = {**terms.strength, **{key: s.strength for key, s in smooth.items()}}
@@ -183,12 +183,12 @@ def _with_wrong_rows(fit: Fit, data: Measurements) -> Fit:
     values = np.zeros((len(data), fit.problem.weights.values.shape[1]))
     values[used] = fit.problem.weights.values
     turn = fit.problem.weights.turn
-    whole = np.tile(np.eye(1 if turn is None else turn.shape[1]), (len(data), 1, 1))
+    matrices = np.tile(np.eye(1 if turn is None else turn.shape[1]), (len(data), 1, 1))
     if turn is not None:
-        whole[used] = turn
-    problem = Problem(fit.model, data, Weights(values, None if turn is None else whole))
-    aside = sorted({*np.flatnonzero(~used).tolist(), *np.flatnonzero(used)[list(fit.set_aside)].tolist()})
-    return replace(fit, problem=problem, set_aside=tuple(aside))
+        matrices[used] = turn
+    problem = Problem(fit.model, data, Weights(values, None if turn is None else matrices))
+    excluded = sorted({*np.flatnonzero(~used).tolist(), *np.flatnonzero(used)[list(fit.excluded)].tolist()})
+    return replace(fit, problem=problem, excluded=tuple(excluded))
 
 
 def _evaluated(model: Model, data: Measurements, noise: float | None) -> Fit:
@@ -204,9 +204,9 @@ def _evaluated(model: Model, data: Measurements, noise: float | None) -> Fit:
     frames = FRAME_ROLES[:1] if data.tool_known else FRAME_ROLES
     data = replace(data, state=with_ordered_channels(model, data.state))
     lacking: list[Effect] = [effect_in_role(role).null() for role in frames if model.in_role(role) is None]
-    whole = model.with_effects(*lacking, *model.effects)
-    problem = start_frames(Problem(whole, data, make_weights(data, figures)))
-    whole, session = problem.model, problem.model.in_role(Role.SESSION_FRAMES)
+    complete = model.with_effects(*lacking, *model.effects)
+    problem = start_frames(Problem(complete, data, make_weights(data, figures)))
+    complete, session = problem.model, problem.model.in_role(Role.SESSION_FRAMES)
     if session is not None and session is not model.in_role(Role.SESSION_FRAMES):
         lacking.append(session)
     frame = model.in_role(Role.INSTRUMENT_FRAME)
@@ -214,15 +214,15 @@ def _evaluated(model: Model, data: Measurements, noise: float | None) -> Fit:
     if frame is not None and place is not None:
         problem = seen_from(problem, place)
         lacking.append(frame)
-    nothing = {e.key: np.zeros(len(e.vector()), dtype=bool) for e in whole.effects}
+    nothing = {e.key: np.zeros(len(e.vector()), dtype=bool) for e in complete.effects}
     masks = {**nothing, **{e.key: ~nothing[e.key] for e in lacking}}
     if lacking:
         return _placed(problem, figures, masks)
-    aside = far_off(problem, problem.weights)
+    excluded = far_off(problem, problem.weights)
     values = problem.weights.values.copy()
-    values[list(aside)] = 0.0
+    values[list(excluded)] = 0.0
     problem = problem.weighted(Weights(values, problem.weights.turn))
-    return Fit(problem, masks, (), (), np.zeros((len(problem.residual), 0)), np.zeros(0), figures, aside)
+    return Fit(problem, masks, (), (), np.zeros((len(problem.residual), 0)), np.zeros(0), figures, excluded)
 
 
 def _placed(problem: Problem, figures: Noise, masks: Masks) -> Fit:
@@ -243,15 +243,15 @@ def _placed(problem: Problem, figures: Noise, masks: Masks) -> Fit:
         fit = solve(alone, figures, terms)
     except PostprocError:  # too few points
         return solve(problem, figures, terms)
-    if any(key == "instrument_frame" for key, _ in fit.held):
+    if any(key == "instrument_frame" for key, _ in fit.unidentifiable):
         return solve(problem, figures, terms)
     placed = problem.at(fit.model.effects)
     if "tool_frame" in masks and masks["tool_frame"].any():
         placed = turned_tool(placed)
-    weights, aside = reweighted(placed, problem.weights, figures, False)
+    weights, excluded = reweighted(placed, problem.weights, figures, False)
     placed = placed.weighted(weights)
     at = slope(placed, masks, set(), {})
-    return Fit(placed, masks, at.held, (), at.columns, at.penalty, figures, aside)
+    return Fit(placed, masks, at.unidentifiable, (), at.columns, at.penalty, figures, excluded)
 
 
 def default_free(effect: Effect, problem: Problem) -> NDArray[np.bool_]:

@@ -43,7 +43,7 @@ class Linear:
         return round(self.serial * (round(self.independent * len(self.residual)) - self.parameters))
 
     @cached_property
-    def rest(self) -> Array:
+    def projected_residual(self) -> Array:
         """(N,) residual with the fitted parameters projected out."""
         return self.residual - self.nuisance @ (self.nuisance.T @ self.residual)
 
@@ -69,7 +69,7 @@ class Linear:
     @cached_property
     def square(self) -> float:
         """Sum of squares left after the fit, y^T (I - U U^T) y, including the penalty's share."""
-        return float(self.residual @ self.rest)
+        return float(self.residual @ self.projected_residual)
 
     def extended(self, columns: Array, rank: float = 1e-5) -> Linear:
         """Return the fit with more columns C (N, m), beside those of the fitted parameters.
@@ -80,11 +80,11 @@ class Linear:
         """
         length = np.linalg.norm(columns, axis=0)
         scaled = columns / np.where(length > 0, length, 1.0)
-        rest = self.project(scaled)
-        value, vector = np.linalg.eigh(scaled.T @ rest)
+        projected = self.project(scaled)
+        value, vector = np.linalg.eigh(scaled.T @ projected)
         keep = value > rank**2
-        more = rest @ (vector[:, keep] / np.sqrt(value[keep]))
-        return Linear(self.residual, np.hstack([self.nuisance, more]), self.row, self.independent, self.serial)
+        new_basis = projected @ (vector[:, keep] / np.sqrt(value[keep]))
+        return Linear(self.residual, np.hstack([self.nuisance, new_basis]), self.row, self.independent, self.serial)
 
 
 def basis_of(columns: Array, penalty: Array) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import GRAVITY, Array
 from postproc.channels.state import State
-from postproc.estimation.priors import UNDETERMINED_SHARE, is_placed, lognormal_deviation, prior_of
+from postproc.estimation.priors import UNDETERMINED_SHARE, Prior, is_placed, lognormal_deviation, prior_of
 from postproc.estimation.solution import Solution
 from postproc.estimation.solving.step import Name
 from postproc.model.uncertainty import derivatives
@@ -33,14 +33,14 @@ SMALLEST = 1e-3
 class Posterior:
     """The normal distribution of the parameters that follows from a fit and the priors.
 
-    The rows determine the first k parameters beside the others, and leave the h others open: the k are off by their
-    own covariance, and all are off together along the directions in which the h may be off unseen.
+    The rows determine the first k parameters, but not the h others: the k scatter by their covariance, and all k + h
+    together along the directions in which the h may be off without any effect on the rows.
 
     Args:
         names: (effect key, index in its vector) of the k determined parameters, in the order of ``covariance``.
         mean: (k + h,) the likeliest values of all.
-        covariance: (k, k) of the determined ones beside given values of the open ones.
-        left_open: names of the h open ones.
+        covariance: (k, k) of the determined ones for known values of the others.
+        unidentifiable: names of the h others.
         directions: (h, k + h) one standard deviation each.
         prior: (k + h,) standard deviation of each before any row was read; inf where nothing was known.
         sources: (k + h) where each prior comes from.
@@ -49,7 +49,7 @@ class Posterior:
     names: tuple[Name, ...]
     mean: Array
     covariance: Array
-    left_open: tuple[Name, ...]
+    unidentifiable: tuple[Name, ...]
     directions: Array
     prior: Array
     sources: tuple[str, ...]
@@ -57,8 +57,8 @@ class Posterior:
     @property
     def deviations(self) -> Array:
         """(k + h,) standard deviation of each parameter."""
-        own = np.concatenate([np.diag(self.covariance), np.zeros(len(self.left_open))])
-        return np.asarray(np.sqrt(np.maximum(own, 0.0) + np.sum(self.directions**2, axis=0)))
+        variance = np.concatenate([np.diag(self.covariance), np.zeros(len(self.unidentifiable))])
+        return np.asarray(np.sqrt(np.maximum(variance, 0.0) + np.sum(self.directions**2, axis=0)))
 
     @property
     def undetermined(self) -> tuple[int, ...]:
@@ -72,9 +72,9 @@ def posterior_of(fit: Solution, scatter: float) -> Posterior:
 
     With r the whitened residual at x_0, A its columns, s^2 the scatter, x the parameters, m their priors' medians and S
     their deviations, the sum |r - A (x - x_0)|^2 / s^2 + |(x - m) / S|^2 is least; positive parameters count with
-    their logarithms. The covariance is the inverse of half the second derivative there (Laplace). Open is a parameter
-    that the rows do not determine beside the others (`Solution.unknown`). If it is off by x_h, the determined ones are
-    off by -(A^T A / s^2 + S^-2)^-1 A^T A_h x_h / s^2. Open ones that no pose under any load shows are left out: they
+    their logarithms. The covariance is the inverse of half the second derivative there (Laplace). Parameters that the
+    rows do not determine beside the others (`Solution.unknown`) come last: if these are off by x_h, the determined ones
+    are off by -(A^T A / s^2 + S^-2)^-1 A^T A_h x_h / s^2. Those that no pose under any load shows are omitted: they
     describe the motion of others in other axes.
 
     Args:
@@ -82,56 +82,153 @@ def posterior_of(fit: Solution, scatter: float) -> Posterior:
     """
     determined = (*fit.parameters, *(p for p in fit.at_bound if p not in fit.unknown))
     names, count = (*determined, *(p for p in fit.unknown if p not in determined)), len(determined)
+    priors = {e.key: prior_of(e, fit.model) for e in fit.model.effects}
+    objective = _objective(fit, names, count, priors, scatter)
+    kept = _visible(fit, names, count, objective)
+    names, objective = tuple(names[k] for k in kept), objective.subset(kept)
+    mean = objective.minimum()
+    covariance, directions = _laplace(objective, mean, count)
+    deviation = np.array([priors[key].deviation()[i] for key, i in names])
+    return Posterior(
+        determined,
+        mean,
+        covariance,
+        names[count:],
+        directions,
+        np.where(np.isinf(objective.spread), np.inf, deviation),
+        tuple(priors[key].source[i] for key, i in names),
+    )
+
+
+@dataclass(frozen=True)
+class Objective:
+    """The sum (x - x_0)^T G (x - x_0) - 2 b^T (x - x_0) + sum of rho((x - m) / S), least at the likeliest parameters x.
+
+    rho(z) is z^2; of positive parameters, which count with their logarithms, it goes on along its tangent beyond
+    `TAIL`.
+
+    Args:
+        gram: (p, p) G. pull: (p,) b. start: (p,) x_0. median: (p,) m. spread: (p,) S. log: (p,) positive parameters.
+    """
+
+    gram: Array
+    pull: Array
+    start: Array
+    median: Array
+    spread: Array
+    log: NDArray[np.bool_]
+
+    def subset(self, index: NDArray[np.int_]) -> Objective:
+        """Return the objective of some of the parameters, by their indices."""
+        pull, start, median, spread = (x[index] for x in (self.pull, self.start, self.median, self.spread))
+        return Objective(self.gram[np.ix_(index, index)], pull, start, median, spread, self.log[index])
+
+    def curvature(self, unit: Array, weight: Array) -> Array:
+        """Return (p, p) half the second derivative by parameters in some units (p,), for the weights (p,) of priors."""
+        return np.asarray(self.gram * np.outer(unit, unit) + np.diag(weight))
+
+    def minimum(self) -> Array:
+        """Return x (p,) at which the sum is least: Gauss and Newton, each step halved until the sum falls.
+
+        A step changes a positive parameter by a factor e at most.
+        """
+        x = np.where(self.log, np.maximum(self.start, SMALLEST * self.median), self.start)
+        for _ in range(STEPS):
+            unit, off = np.where(self.log, x, 1.0), self._off(x)
+            weight = yielding(off, self.spread, self.log)
+            slope = unit * (self.gram @ (x - self.start) - self.pull) + weight * off
+            step = -_inverse(self.curvature(unit, weight)) @ slope
+            step /= max(1.0, float(np.max(np.abs(step), initial=0.0, where=self.log)))
+            now, share = self._cost(x), 1.0
+            while share > 1e-3:
+                trial = np.where(self.log, x * np.exp(share * step), x + share * step)
+                if self._cost(trial) <= now:
+                    break
+                share /= 2
+            else:
+                break
+            x = trial
+            if now - self._cost(x) < SETTLED * (1.0 + abs(now)):
+                break
+        return np.asarray(x)
+
+    def _off(self, x: Array) -> Array:
+        """Return (p,) differences to the medians, of logarithms where parameters are positive."""
+        result = x - self.median
+        result[self.log] = np.log(x[self.log] / self.median[self.log])
+        return np.asarray(result)
+
+    def _cost(self, x: Array) -> float:
+        """Return the sum at x (p,)."""
+        by, z = x - self.start, self._off(x) / self.spread
+        far = np.where(self.log, np.maximum(np.abs(z) - TAIL, 0.0), 0.0)
+        return float(by @ (self.gram @ by) - 2 * self.pull @ by + np.sum(z**2 - far**2))
+
+
+def _objective(
+    fit: Solution, names: Sequence[Name], count: int, priors: Mapping[str, Prior], scatter: float
+) -> Objective:
+    """Return what the rows of a fit and the priors, by effect key, say of some parameters together.
+
+    Args:
+        names: (effect key, index) of the parameters; count: of those among them that are determined, which come first.
+        scatter: as in `posterior_of`.
+    """
     effects = {e.key: e for e in fit.model.effects}
-    priors = {key: prior_of(effect, fit.model) for key, effect in effects.items()}
     penalty = np.zeros(len(names))
     penalty[: len(fit.parameters)] = fit.penalty
-    value = np.array([priors[key].value[i] for key, i in names])
+    median = np.array([priors[key].value[i] for key, i in names])
     log = np.array([priors[key].log[i] for key, i in names], dtype=bool)
     spread = np.array([priors[key].spread[i] for key, i in names])
     # A frame may be anywhere, and the penalty of a free function is its prior.
     free = np.array([k < count and is_placed(effects[key]) for k, (key, _) in enumerate(names)], dtype=bool)
     spread = np.where(free | (penalty > 0), np.inf, spread)
-
     columns = _columns(fit, names)
     start = np.array([effects[key].vector()[i] for key, i in names])
     gram = (columns.T @ columns + np.diag(penalty**2)) / scatter
     pull = (columns.T @ fit.problem.residual - penalty**2 * start) / scatter
+    return Objective(gram, pull, start, median, spread, log)
 
-    def taken(unit: Array, weight: Array) -> tuple[Array, Array]:
-        """Return the covariance (k, k) of the determined ones in these units, and what they take up of the others."""
-        curvature = gram * np.outer(unit, unit) + np.diag(weight)
-        known = _inverse(curvature[:count, :count])
-        return known, known @ curvature[:count, count:]
 
-    unit = np.where(log, value, 1.0)
-    moves, own = _moves(fit, names, unit, taken(unit, spread**-2.0)[1])
-    shown = moves * spread[count:] > np.maximum(NOTHING, SAME * own * spread[count:])
-    kept = np.concatenate([np.arange(count), count + np.flatnonzero(shown)])
-    names = tuple(names[k] for k in kept)
-    gram, pull, start, value, spread, log = (
-        gram[np.ix_(kept, kept)], pull[kept], start[kept], value[kept], spread[kept], log[kept]
-    )  # fmt: skip
+def _visible(fit: Solution, names: Sequence[Name], count: int, objective: Objective) -> NDArray[np.int_]:
+    """Return the indices of the determined parameters and of those of the others that some pose shows.
 
-    mean = _likeliest(gram, pull, start, value, spread, log)
-    unit, weight = np.where(log, mean, 1.0), yielding(_log_ratio(mean, value), spread, log)
-    known, off = taken(unit, weight)
-    curvature = (gram * np.outer(unit, unit) + np.diag(weight))[count:]
-    lower = _factor(_inverse(curvature[:, count:] - curvature[:, :count] @ off))
-    directions = np.vstack([-off @ lower, lower]).T
+    Args:
+        names, count: as in `_objective`.
+    """
+    unit, spread = np.where(objective.log, objective.median, 1.0), objective.spread[count:]
+    taken = _eliminated(objective.curvature(unit, objective.spread**-2.0), count)[1]
+    moves, total = _moves(fit, names, unit, taken)
+    visible = moves * spread > np.maximum(NOTHING, SAME * total * spread)
+    return np.concatenate([np.arange(count), count + np.flatnonzero(visible)])
+
+
+def _eliminated(curvature: Array, count: int) -> tuple[Array, Array]:
+    """Return the covariance (k, k) of the k determined parameters, and what they take up (k, h) of the h others.
+
+    Args:
+        curvature: (k + h, k + h) half the second derivative; count: k.
+    """
+    known = _inverse(curvature[:count, :count])
+    return known, known @ curvature[:count, count:]
+
+
+def _laplace(objective: Objective, mean: Array, count: int) -> tuple[Array, Array]:
+    """Return covariance and directions, as `Posterior` has them, of the normal distribution about the likeliest values.
+
+    Args:
+        mean: (k + h,) likeliest values; count: k, the number of determined parameters.
+    """
+    log = objective.log
+    unit, weight = np.where(log, mean, 1.0), yielding(_log_ratio(mean, objective.median), objective.spread, log)
+    curvature = objective.curvature(unit, weight)
+    known, taken = _eliminated(curvature, count)
+    lower = _factor(_inverse(curvature[count:, count:] - curvature[count:, :count] @ taken))
+    directions = np.vstack([-taken @ lower, lower]).T
     # A log-normal number lies farther from its median than the deviation of its logarithm says.
     total = np.sqrt(np.concatenate([np.diag(known), np.zeros(len(lower))]) + np.sum(directions**2, axis=0))
     wide = unit * np.where(log & (total > 0), lognormal_deviation(total) / np.maximum(total, 1e-300), 1.0)
-    deviation = np.array([priors[key].deviation()[i] for key, i in names])
-    return Posterior(
-        determined,
-        mean,
-        known * np.outer(wide[:count], wide[:count]),
-        names[count:],
-        directions * wide,
-        np.where(np.isinf(spread), np.inf, deviation),
-        tuple(priors[key].source[i] for key, i in names),
-    )
+    return known * np.outer(wide[:count], wide[:count]), directions * wide
 
 
 def anywhere(state: State, low: Array, high: Array) -> State:
@@ -156,48 +253,6 @@ def _columns(fit: Solution, names: Sequence[Name]) -> Array:
             mask = np.isin(np.arange(len(effect.vector())), list(wanted))
             columns[:, [wanted[i] for i in np.flatnonzero(mask).tolist()]] = fit.problem.slopes(effect, mask)
     return columns
-
-
-def _likeliest(gram: Array, pull: Array, start: Array, median: Array, spread: Array, log: NDArray[np.bool_]) -> Array:
-    """Return x (p,) at which (x - x_0)^T G (x - x_0) - 2 b^T (x - x_0) + sum of rho((x - m) / S) is least.
-
-    rho(z) is z^2; of positive parameters, which count with their logarithms, it goes on along its tangent beyond
-    `TAIL`. Gauss and Newton, each step by a factor e at most and halved until the sum falls.
-
-    Args:
-        gram: (p, p) G; pull: (p,) b; start: (p,) x_0; median: (p,) m; spread: (p,) S; log: (p,) positive parameters.
-    """
-
-    def off(x: Array) -> Array:
-        """Return (p,) differences to the medians, of logarithms where parameters are positive."""
-        result = x - median
-        result[log] = np.log(x[log] / median[log])
-        return np.asarray(result)
-
-    def cost(x: Array) -> float:
-        """Return the sum that is to be least."""
-        by, z = x - start, off(x) / spread
-        far = np.where(log, np.maximum(np.abs(z) - TAIL, 0.0), 0.0)
-        return float(by @ (gram @ by) - 2 * pull @ by + np.sum(z**2 - far**2))
-
-    x = np.where(log, np.maximum(start, SMALLEST * median), start)
-    for _ in range(STEPS):
-        unit, weight = np.where(log, x, 1.0), yielding(off(x), spread, log)
-        slope = unit * (gram @ (x - start) - pull) + weight * off(x)
-        step = -_inverse(gram * np.outer(unit, unit) + np.diag(weight)) @ slope
-        step /= max(1.0, float(np.max(np.abs(step), initial=0.0, where=log)))
-        now, share = cost(x), 1.0
-        while share > 1e-3:
-            trial = np.where(log, x * np.exp(share * step), x + share * step)
-            if cost(trial) <= now:
-                break
-            share /= 2
-        else:
-            break
-        x = trial
-        if now - cost(x) < SETTLED * (1.0 + abs(now)):
-            break
-    return np.asarray(x)
 
 
 def _log_ratio(x: Array, median: Array) -> Array:
@@ -232,23 +287,23 @@ def _factor(covariance: Array) -> Array:
 
 
 def _moves(fit: Solution, names: Sequence[Name], unit: Array, taken: Array) -> tuple[Array, Array]:
-    """Return (h,) rms moves [m] of the TCP per unit of each open parameter that the rows leave unseen, and all of it.
+    """Return (h,) rms moves [m] of the TCP per unit of each undetermined parameter: those no row shows, and all.
 
     Args:
         names: of all p + h parameters; unit: (p + h,) change of each per unit; taken: (p, h) what the determined ones
-            take up of the open ones.
+            take up of the others.
     """
     count = len(taken)
     robot = fit.model.robot
     low, high = np.clip([robot.lower, robot.upper], -np.pi, np.pi)
-    some = anywhere(fit.data.state, low, high)
-    if some.approach is not None:  # all rows may have come from one side
-        some = some.with_(approach=some.approach * np.where(np.arange(POSES_IN_RANGE) % 2, -1.0, 1.0)[:, None])
+    states = anywhere(fit.data.state, low, high)
+    if states.approach is not None:  # all rows may have come from one side
+        states = states.with_(approach=states.approach * np.where(np.arange(POSES_IN_RANGE) % 2, -1.0, 1.0)[:, None])
     # Programs press and pull where a table may have gravity alone.
     random = np.random.default_rng(1).normal(size=(POSES_IN_RANGE, 6))
     force = FORCE * GRAVITY * (10.0 if robot.payload is None else robot.payload)
-    some = some.with_(wrench=random * np.repeat([force, 0.1 * force], 3))
-    D = derivatives(fit.model, some, names)[0] * unit
+    states = states.with_(wrench=random * np.repeat([force, 0.1 * force], 3))
+    D = derivatives(fit.model, states, names)[0] * unit
     moves = D[:, :, count:] - D[:, :, :count] @ taken
-    whole, left = (np.sqrt(np.mean(x**2, axis=(0, 1))) for x in (D[:, :, count:], moves))
-    return np.asarray(left), np.asarray(whole)
+    total, unseen = (np.sqrt(np.mean(x**2, axis=(0, 1))) for x in (D[:, :, count:], moves))
+    return np.asarray(unseen), np.asarray(total)

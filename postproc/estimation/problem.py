@@ -82,12 +82,12 @@ def make_weights(data: Measurements, noise: Noise) -> Weights:
     that depend on the assumption are scaled by the residual in the end.
     """
     sigma = weighed_by(noise)
-    own = np.ones(len(data))
+    relative = np.ones(len(data))
     if data.sigma is not None:
         square = np.where(np.isfinite(data.sigma) & (data.sigma > 0), data.sigma, np.nanmedian(data.sigma)) ** 2
         square += max(sigma**2 - float(np.mean(square)), 0.0)
-        own = np.sqrt(square / np.mean(square))
-    parts = [np.isfinite(data.position) / (sigma * own)[:, None]]
+        relative = np.sqrt(square / np.mean(square))
+    parts = [np.isfinite(data.position) / (sigma * relative)[:, None]]
     if data.rotation is not None:
         measured = np.asarray(np.isfinite(data.rotation).all(axis=(1, 2)))
         parts.append(np.repeat(measured[:, None], 3, axis=1) / (noise.rotation or sigma))
@@ -110,7 +110,7 @@ class Problem:
     weights: Weights
 
     @cached_property
-    def rest(self) -> Equilibrium:
+    def equilibrium(self) -> Equilibrium:
         """The equilibrium of the model at the measured states: poses of arm and TCP, deflections, loads."""
         state = self.data.state
         if not self.data.tool_known:
@@ -120,7 +120,7 @@ class Problem:
     @cached_property
     def T_instrument_tcp(self) -> Array:
         """(n, 4, 4) predicted pose of the TCP in the instrument's frame."""
-        return self.rest.T_instrument_tcp
+        return self.equilibrium.T_instrument_tcp
 
     @cached_property
     def error(self) -> Array:
@@ -130,13 +130,13 @@ class Problem:
         if self.data.rotation is not None:
             parts.append(rotation_vectors(self.data.rotation @ np.swapaxes(T[:, :3, :3], 1, 2)))
         if self.data.joint is not None:
-            parts.append(self.data.joint - self.rest.chain.q)
+            parts.append(self.data.joint - self.equilibrium.chain.q)
         return np.hstack(parts)
 
     def weighted(self, weights: Weights) -> Problem:
         """Return the problem with other weights; what the model predicts is taken over and not computed again."""
         other = replace(self, weights=weights)
-        same = ("rest", "error", "sensitivity")
+        same = ("equilibrium", "error", "sensitivity")
         other.__dict__.update({k: v for k, v in self.__dict__.items() if k in same})
         return other
 
@@ -156,10 +156,10 @@ class Problem:
     @cached_property
     def site(self) -> Site:
         """Where the measured point is on the nominal tool, and where the instrument stands, as the model has them."""
-        instrument = self.rest.deflection.instrument
+        instrument = self.equilibrium.deflection.instrument
         # Where it drifts, by millimetres: on average.
         stands = np.zeros(6) if instrument is None else np.atleast_2d(instrument).mean(axis=0)
-        point = in_tool_axes(self.sensitivity.state, self.rest.T_base_tcp[:, :3, 3])
+        point = in_tool_axes(self.sensitivity.state, self.equilibrium.T_base_tcp[:, :3, 3])
         return Site(tuple(point.tolist()), tuple(stands.tolist()))
 
     @cached_property
@@ -174,27 +174,27 @@ class Problem:
         The moves are a turn of each of the 6 joints, and a shift and turn (6 each) of each of the 7 bodies, of the tool
         and of the instrument.
         """
-        return sensitivity(self.model, self.rest).matrix[:, :6]
+        return sensitivity(self.model, self.equilibrium).matrix[:, :6]
 
     @cached_property
     def sensitivity(self) -> Sensitivity:
         """Derivative (n, r, 60) of the measured numbers [m], [rad] by the 60 unit moves of `lever`."""
-        found = sensitivity(self.model, self.rest)
+        of_pose = sensitivity(self.model, self.equilibrium)
         n, r = self.weights.values.shape
         if r == 6 and self.data.rotation is not None:
-            return found
+            return of_pose
         matrix = np.zeros((n, r, PLACES))
         pose = 3 if self.data.rotation is None else 6
-        matrix[:, :pose] = found.matrix[:, :pose]
+        matrix[:, :pose] = of_pose.matrix[:, :pose]
         if self.data.joint is not None:
             matrix[:, pose:, :6] = np.eye(6)
-        return replace(found, matrix=matrix)
+        return replace(of_pose, matrix=matrix)
 
     @cached_property
     def whitened(self) -> Sensitivity:
         """The sensitivity with every measured number whitened; 0 for numbers that are not used."""
-        found = self.sensitivity
-        return replace(found, matrix=self.weights.whiten(found.matrix))
+        measured = self.sensitivity
+        return replace(measured, matrix=self.weights.whiten(measured.matrix))
 
     def slopes(self, effect: Effect, free: NDArray[np.bool_]) -> Array:
         """Return (N, p) whitened derivatives of the prediction by the free parameters of an effect of the model.
@@ -242,6 +242,10 @@ class Problem:
     def some(self, rows: NDArray[np.bool_] | NDArray[np.int_]) -> Problem:
         """Return the problem with some of its rows, by a mask or by indices."""
         return Problem(self.model, self.data.rows(rows), self.weights.rows(rows))
+
+    def subsample(self, most: int) -> NDArray[np.bool_]:
+        """Return (n,) mask of every k-th pose with its repeats, for about ``most`` measured numbers at most."""
+        return self.data.one_in(max(1, -(-len(self.row) // most)))
 
     def squares(self) -> Array:
         """Return (n, r) squared whitened errors, also of numbers that are set aside.

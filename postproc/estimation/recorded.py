@@ -1,4 +1,4 @@
-"""A fitted model as it is written: with the table [fit] of its model file."""
+"""What is written into a model file: the fitted model with its table [fit], unless the nominal arm is nearer."""
 
 from __future__ import annotations
 
@@ -9,20 +9,29 @@ from typing import Any
 import numpy as np
 
 from postproc import __version__
+from postproc.diagnostics import PostprocError
+from postproc.effects.roles import FRAME_ROLES
 from postproc.estimation.fitted import Fit
+from postproc.measure.checks.readings import MISMATCH_M
+from postproc.measure.consensus import agreement
+from postproc.measure.errors import distances
+from postproc.measure.measurements import FEWEST_ROWS_JUDGED
 from postproc.model.arm import Model
 from postproc.model.uncertainty import Uncertainty, parameter_name, range_table, uncertainty_table
 from postproc.numbers import mm
+
+FARTHER, LEAST_M = 1.2, 5e-5
+"""So many times as far as the nominal arm, and by so much [m]: least squares trade a little of most rows for a few."""
 
 
 def recorded_model(fit: Fit) -> Model:
     """Return the fitted model with its table [fit]: data and its hash, figures, covariance, measured range, version."""
     data = fit.data
     after = fit.posterior
-    known = Uncertainty(after.names, after.covariance, left_of_pose(fit), after.left_open, after.directions)
+    known = Uncertainty(after.names, after.covariance, pose_error_sigma(fit), after.unidentifiable, after.directions)
     key, noise = fit.observed.key, fit.parts.level
     table: dict[str, Any] = {
-        "rows": int(len(data) - len(fit.set_aside)),
+        "rows": int(len(data) - len(fit.excluded)),
         key("rms"): mm(fit.rms),
         **({} if fit.unnamed else {key("held_out_rms"): mm(fit.held_out_rms)}),
         "version": __version__,
@@ -37,7 +46,7 @@ def recorded_model(fit: Fit) -> Model:
         table["noise_from"] = fit.parts.origin
     elif fit.observed.unit == "mm":
         # What follows no channel: a measurement scatters by it whatever it is.
-        table["noise_mm"] = mm(fit.parts.unfollowed)
+        table["noise_mm"] = mm(fit.parts.channel_independent)
         table["noise_from"] = "the residual"
     if data.sources:
         names = [source.path.replace("\\", "/").rsplit("/", 1)[-1] for source in data.sources]
@@ -46,20 +55,55 @@ def recorded_model(fit: Fit) -> Model:
     return replace(fit.model, fit=table)
 
 
-def left_of_pose(fit: Fit) -> float:
+def pose_error_sigma(fit: Fit) -> float:
     """Return the standard deviation per axis [m] of the model's error of the true position.
 
     It contains what the residual shows and what uncertain formulas of drafted effects may hide. Errors of joint angles
     and orientations are turned into displacements by their lever in the measured poses.
     """
-    left = float(np.hypot(fit.unexplained, fit.undecided))
+    sigma = float(np.hypot(fit.unexplained, fit.formula_uncertainty))
     if fit.observed.name == "position":
-        return left
+        return sigma
     turns = fit.problem.lever[:, :3, :6] if fit.observed.name == "joint" else np.eye(3)[None]
-    return left * float(np.sqrt(np.mean(np.sum(turns**2, axis=(1, 2))) / 3))
+    return sigma * float(np.sqrt(np.mean(np.sum(turns**2, axis=(1, 2))) / 3))
 
 
 def undetermined(fit: Fit) -> list[tuple[str, int]]:
     """Return the parameters (effect key, index) that stand at their priors: the rows say less than half of them."""
-    names = (*fit.posterior.names, *fit.posterior.left_open)
+    names = (*fit.posterior.names, *fit.posterior.unidentifiable)
     return sorted(names[k] for k in fit.posterior.undetermined)
+
+
+def no_farther_than_nominal(fit: Fit) -> None:
+    """Raise DAT039 where a fit leaves most rows clearly farther off than the nominal arm does, DAT009 over 50 mm.
+
+    The medians of the position errors over the rows that agree on where the arm stands are compared: a fit led astray
+    by wrong rows is far from most of the others. Nothing is compared for fits without positions, or for a model without
+    frames (DAT030 reports that). Where rows do not show how far the nominal arm is, as of one coordinate, 50 mm in
+    the median row is too far.
+
+    Raises:
+        PostprocError: DAT009, DAT039.
+    """
+    if fit.observed.name != "position" or any(fit.model.in_role(role) is None for role in FRAME_ROLES):
+        return
+    agreed = agreement(fit.data, fit.model.robot)
+    if len(agreed.rows) < FEWEST_ROWS_JUDGED or not agreed.near:
+        missed = float(np.nanmedian(distances(fit.problem.error[:, :3])))
+        if missed > MISMATCH_M:
+            message = f"half of the rows lie over {1e3 * missed:.0f} mm from the fitted model: they are not this arm's"
+            help_ = "check the robot's name, the unit, and that joints and points belong to the same rows"
+            raise PostprocError.of("DAT009", message, fit.data.source, help=help_)
+        return
+    nominal = float(np.median(np.linalg.norm(agreed.error, axis=1)))
+    fitted = float(np.median(distances(fit.problem.error[agreed.rows, :3])))
+    if fitted < max(FARTHER * nominal, nominal + LEAST_M):
+        return
+    message = (
+        f"half of the rows lie over {1e3 * fitted:.3f} mm from the fitted model, and {1e3 * nominal:.3f} mm from the "
+        "nominal arm: the model is worse than none and is not written"
+    )
+    help_ = (
+        "some rows are not what the table says (DAT007, DAT013, DAT025 name the likely ones): correct or leave them out"
+    )
+    raise PostprocError.of("DAT039", message, fit.data.source, help=help_, exit_code=1)

@@ -29,14 +29,14 @@ class Solution:
     """A fitted model as least squares found it.
 
     Args:
-        problem: the fitted model beside the measurements.
+        problem: the fitted model and the measurements.
         free: which parameters the fit was asked to move: masks over ``effect.vector()`` by effect key.
-        held: parameters, as (effect key, index), that kept their value since the data does not determine them.
+        unidentifiable: parameters, as (effect key, index), that kept their value: the data does not determine them.
         at_bound: parameters, as (effect key, index), that stopped at a bound.
         columns: (N, p) whitened derivatives by the parameters that were fitted, in the order of ``parameters``.
         penalty: (p,) weights of the smoothness penalty, 0 where there is none.
         noise: of the instrument and the arm, by which the numbers were weighted.
-        set_aside: indices of rows of ``problem.data`` so far off that they were left out of the fit.
+        excluded: indices of rows of ``problem.data`` so far off that they are excluded from the fit.
         strength: of the smoothness penalty, by effect key.
         pull: (p,) weights of the priors, and centre: (p,) the values to which they pull; None before a fit is moved to
             its posterior (`settle`).
@@ -44,12 +44,12 @@ class Solution:
 
     problem: Problem
     free: Masks
-    held: tuple[tuple[str, int], ...]
+    unidentifiable: tuple[tuple[str, int], ...]
     at_bound: tuple[tuple[str, int], ...]
     columns: Array
     penalty: Array
     noise: Noise
-    set_aside: tuple[int, ...] = ()
+    excluded: tuple[int, ...] = ()
     strength: Mapping[str, float] = field(default_factory=dict)
     pull: Array | None = None
     centre: Array | None = None
@@ -61,40 +61,40 @@ class Solution:
 
     @property
     def data(self) -> Measurements:
-        """The measurements that were fitted, rows that were set aside included."""
+        """The measurements that were fitted, excluded rows included."""
         return self.problem.data
 
     @cached_property
     def parameters(self) -> tuple[tuple[str, int], ...]:
         """(effect key, index in its vector) of every parameter that was fitted, in the order of ``columns``."""
-        out = set(self.held) | set(self.at_bound)
+        out = set(self.unidentifiable) | set(self.at_bound)
         every = [(e.key, int(i)) for e in self.model.effects for i in np.flatnonzero(self.free.get(e.key, []))]
         return tuple(p for p in every if p not in out)
 
     @cached_property
-    def left_out(self) -> list[tuple[int, int]]:
-        """(file number, row number) of the rows that were set aside or cannot be right, sorted."""
+    def excluded_rows(self) -> list[tuple[int, int]]:
+        """(file number, row number) of the rows that are excluded or cannot be right, sorted."""
         data = self.data
-        some = {(data.file[i] if data.file else 0, data.row[i] if data.row else i + 1) for i in self.set_aside}
-        return sorted(some | data.wrong)
+        rows = {(data.file[i] if data.file else 0, data.row[i] if data.row else i + 1) for i in self.excluded}
+        return sorted(rows | data.wrong)
 
     @cached_property
     def unknown(self) -> tuple[tuple[str, int], ...]:
-        """Parameters (effect key, index) that the data does not determine: held ones, and fixed ones no row shows.
+        """Parameters (effect key, index) that the data does not determine: unidentifiable, or fixed and seen in no row.
 
         Lost motion of a joint that was always approached from one side, for example, stays null in a fit of the lost
         motion of the other joints.
         """
-        found = list(self.held)
+        parameters = list(self.unidentifiable)
         for effect in self.model.effects:
             mask = self.free.get(effect.key, np.zeros(0, dtype=bool))
-            left = effect.amplitudes() & ~mask if mask.any() else np.zeros(0, dtype=bool)
-            if left.any():
-                size = ordinary_sizes(effect, self.model.robot)[left]
-                columns = self.linear.project(self.problem.columns(effect, left) * size)
+            fixed = effect.amplitudes() & ~mask if mask.any() else np.zeros(0, dtype=bool)
+            if fixed.any():
+                size = ordinary_sizes(effect, self.model.robot)[fixed]
+                columns = self.linear.project(self.problem.columns(effect, fixed) * size)
                 silent = np.sum(columns**2, axis=0) < self.variance
-                found += [(effect.key, int(i)) for i in np.flatnonzero(left)[silent]]
-        return tuple(found)
+                parameters += [(effect.key, int(i)) for i in np.flatnonzero(fixed)[silent]]
+        return tuple(parameters)
 
     @cached_property
     def linear(self) -> Linear:
@@ -108,10 +108,10 @@ class Solution:
         What parameters x predict that a penalty or a prior pulls to m is added to the residual, y = r + A (x - m), so
         that y - U U^T y is the residual again.
         """
-        off, held = self._vector(), self.penalty
+        off, weight = self._vector(), self.penalty
         if self.pull is not None and self.centre is not None:
-            off, held = off - self.centre, np.hypot(held, self.pull)
-        soft = np.flatnonzero(held)
+            off, weight = off - self.centre, np.hypot(weight, self.pull)
+        soft = np.flatnonzero(weight)
         y = self.problem.residual + self.columns[:, soft] @ off[soft]
         turns = self.problem.whiten(self.problem.sensitivity.matrix[:, :, :6])
         share = independent_share(self.problem.residual, turns, self.problem.row)
@@ -123,8 +123,8 @@ class Solution:
         Args:
             share: of the smoothness penalty that still counts; 1 for all of it.
         """
-        held = share * self.penalty
-        return basis_of(self.columns, held if self.pull is None else np.hypot(held, self.pull))
+        weight = share * self.penalty
+        return basis_of(self.columns, weight if self.pull is None else np.hypot(weight, self.pull))
 
     @cached_property
     def serial(self) -> float:
@@ -201,13 +201,13 @@ class Solution:
 
     @cached_property
     def position_error(self) -> Array:
-        """(n, 3) measured minus predicted position [m], instrument axes; NaN where not measured or set aside."""
+        """(n, 3) measured minus predicted position [m], instrument axes; NaN where not measured or excluded."""
         return self._in_fit(self.problem.error[:, :3])
 
     def _in_fit(self, error: Array) -> Array:
-        """Return errors (n, k) with NaN in the rows that were set aside."""
+        """Return errors (n, k) with NaN in the excluded rows."""
         error = error.copy()
-        error[list(self.set_aside)] = np.nan
+        error[list(self.excluded)] = np.nan
         return error
 
     @cached_property

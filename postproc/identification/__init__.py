@@ -1,8 +1,8 @@
 """Compare, diagnose, add, predict, and the design of the next measurement.
 
-What may be missing: `candidates`. What it is worth: `gain`; what comes near the best fitted in full, and whether
-that is accepted: `acceptance`. The search, and where it stands: `forward`, `state`; fits with some of
-what it found: `refits`; what the data does not tell apart, on parts of it too: `indistinguishable`; laws that turn
-joints: `joint_curves`. The verdict and how it is found: `diagnosis`, `diagnose`, with `lack_of_fit` against the noise.
-Other commands: `compare` (with `trends`), `add`, `predict`; the next poses: `planning`.
+What is tried: effects of the library, and `curves` of channels. What each is worth: `screen`. The search adds the best
+(`search`, from `state` to state), where rows that were held out confirm it (`acceptance`); `refits` are fits with some
+of what it added; `indistinguishable` says what the data does not tell apart. The result is a `diagnosis`, made by
+`diagnose`, with `lack_of_fit` against the noise, and `joint_curves` to be drawn. Other commands: `compare` (with
+`trends`), `add`, `predict`; the next poses: `planning`.
 """

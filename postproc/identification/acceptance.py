@@ -46,7 +46,7 @@ def with_amplitudes(problem: Problem, linear: Linear, candidate: Candidate) -> E
     s2 = max(linear.square - candidate.fall, 1e-12) / max(linear.freedom - candidate.count, 1)
     weak = s2 / (WIDE * DECADES[-1]) ** 2 * np.eye(columns.shape[1])
     x = candidate.effect.vector().copy()
-    x[mask] += size * np.linalg.solve(columns.T @ linear.project(columns) + weak, columns.T @ linear.rest)
+    x[mask] += size * np.linalg.solve(columns.T @ linear.project(columns) + weak, columns.T @ linear.projected_residual)
     low, high = candidate.effect.bounds()
     return candidate.effect.with_vector(np.clip(x, low, high))
 
@@ -83,11 +83,14 @@ def refit(base: Fit, candidate: Candidate, closely: float = SETTLED) -> Fit | No
     if after is None or not (none := impossible(after, candidate.key)).any():
         return after
     # What no arm can be is held at null, and the rest fitted again, if anything is left.
-    found = after.model.effect(candidate.key) or new
-    left = candidate.free & ~none
-    if not (left & found.amplitudes()).any():
+    refitted = after.model.effect(candidate.key) or new
+    movable = candidate.free & ~none
+    if not (movable & refitted.amplitudes()).any():
         return after
-    return fitted(after.model, found.with_vector(np.where(none, found.null_vector(), found.vector())), left) or after
+    return (
+        fitted(after.model, refitted.with_vector(np.where(none, refitted.null_vector(), refitted.vector())), movable)
+        or after
+    )
 
 
 def impossible(fit: Fit, key: str) -> NDArray[np.bool_]:
@@ -114,14 +117,14 @@ def fitted_best(
     Args:
         base: the fit without the candidate; screen: the forms of all effects on it; closely: as in `refit`.
     """
-    found: list[tuple[Candidate, Fit]] = []
+    fits: list[tuple[Candidate, Fit]] = []
     for start in refit_form(screen, base.linear, candidate).starts or (candidate,):
         after = refit(base, start, closely)
         if after is not None:
-            found.append((judged(base, after, start), after))
+            fits.append((judged(base, after, start), after))
             if within_noise(after):
                 break
-    return max(found, key=lambda pair: pair[0].evidence, default=None)
+    return max(fits, key=lambda pair: pair[0].evidence, default=None)
 
 
 def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:
@@ -135,24 +138,24 @@ def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:
         base: the fit without the candidate; after: the refit.
     """
     before = base.linear.square
-    own, same = after.problem.residual, after.problem.weighted(base.problem.weights).residual
-    rest = min(after.linear.square + float(same @ same - own @ own), before)
+    residual, reweighted = after.problem.residual, after.problem.weighted(base.problem.weights).residual
+    remaining = min(after.linear.square + float(reweighted @ reweighted - residual @ residual), before)
     freedom = base.linear.freedom
     linear = max(before - candidate.fall, ROUNDING_SHARE * before)
-    gained = freedom * float(np.log(linear / max(rest, ROUNDING_SHARE * before)))
+    gained = freedom * float(np.log(linear / max(remaining, ROUNDING_SHARE * before)))
     effect = after.model.effect(candidate.key) or candidate.effect
     if candidate.curved:
         # The linear evidence belongs to the start, not to where the fit has moved a knee or a compliance.
-        worth = refit_evidence(base.linear, rest, after, candidate.key) - candidate.price
+        worth = refit_evidence(base.linear, remaining, after, candidate.key) - candidate.price
     else:
         worth = candidate.evidence + gained
     if impossible(after, candidate.key).any():
         worth = -np.inf
     free = after.free.get(candidate.key, candidate.free)
-    return replace(candidate, effect=effect, free=free, evidence=worth, fall=before - rest, fit=after)
+    return replace(candidate, effect=effect, free=free, evidence=worth, fall=before - remaining, fit=after)
 
 
-def refit_evidence(base: Linear, rest: float, after: Fit, key: str) -> float:
+def refit_evidence(base: Linear, remaining: float, after: Fit, key: str) -> float:
     """Return the log evidence for one effect of a full fit beside the base, all its parameters counted (`laplace`).
 
     Args:
@@ -160,19 +163,21 @@ def refit_evidence(base: Linear, rest: float, after: Fit, key: str) -> float:
         after: the full fit; key: of the effect.
     """
     effect = after.model.effect(key)
-    own = np.array([k == key for k, _ in after.parameters])
+    of_effect = np.array([k == key for k, _ in after.parameters])
     index = np.array([i for k, i in after.parameters if k == key], dtype=int)
     if effect is None or not len(index):
         return -np.inf
-    others = Linear(after.problem.residual, basis_of(after.columns[:, ~own], after.penalty[~own]), after.problem.row)
-    columns = after.columns[:, own]
-    return laplace(base, rest, columns.T @ others.project(columns), effect, after.model.robot, index)
+    others = Linear(
+        after.problem.residual, basis_of(after.columns[:, ~of_effect], after.penalty[~of_effect]), after.problem.row
+    )
+    columns = after.columns[:, of_effect]
+    return laplace(base, remaining, columns.T @ others.project(columns), effect, after.model.robot, index)
 
 
 def within_noise(fit: Fit) -> bool:
     """Return whether a fit leaves no more than the noise, by three standard deviations; False where it is not known."""
-    rest, freedom = fit.linear.square, fit.linear.freedom
-    return fit.noise.sigma is not None and rest <= freedom + 3 * np.sqrt(2 * max(freedom, 1))
+    remaining, freedom = fit.linear.square, fit.linear.freedom
+    return fit.noise.sigma is not None and remaining <= freedom + 3 * np.sqrt(2 * max(freedom, 1))
 
 
 def predicts_better(after: Fit, before: Fit, errors: float) -> bool:
@@ -211,8 +216,8 @@ def ranking(fit: Fit, screen: Screen) -> list[Candidate]:
         screen: the forms of all effects whose channels the data has, on that fit.
     """
     linear = fit.linear
-    found = [c for key in screen.classes if (c := compose(screen, linear, key)) is not None]
-    if not found:
+    candidates = [c for key in screen.classes if (c := compose(screen, linear, key)) is not None]
+    if not candidates:
         return []
 
     def fitted(candidate: Candidate) -> Candidate:
@@ -221,22 +226,22 @@ def ranking(fit: Fit, screen: Screen) -> list[Candidate]:
         return replace(candidate, evidence=-np.inf) if best is None else best[0]
 
     if not within_noise(fit):
-        least = max(0.0, 0.5 * max(c.evidence for c in found))
-        found = [refit_form(screen, linear, c, least) if c.far else c for c in found]
-    near = max(0.0, NEARLY_AS_GOOD * max(c.evidence for c in found))
-    alone = sum(c.evidence > near for c in found) == 1
-    found = [fitted(c) if c.evidence > near and (c.forming or not alone) else c for c in found]
-    return sorted((_nested(c, found) for c in found), key=lambda c: -c.evidence)
+        least = max(0.0, 0.5 * max(c.evidence for c in candidates))
+        candidates = [refit_form(screen, linear, c, least) if c.far else c for c in candidates]
+    near = max(0.0, NEARLY_AS_GOOD * max(c.evidence for c in candidates))
+    alone = sum(c.evidence > near for c in candidates) == 1
+    candidates = [fitted(c) if c.evidence > near and (c.forming or not alone) else c for c in candidates]
+    return sorted((_nested(c, candidates) for c in candidates), key=lambda c: -c.evidence)
 
 
-def _nested(candidate: Candidate, found: list[Candidate]) -> Candidate:
+def _nested(candidate: Candidate, candidates: list[Candidate]) -> Candidate:
     """Return the candidate, with evidence of 0 at most where its class's `beside` effect is missing as well.
 
     Every arm has compliant joints: how other parts bend cannot be judged by a model without those springs.
 
     Args:
-        found: the candidates of all effects.
+        candidates: the candidates of all effects.
     """
-    beside = type(candidate.effect).beside
-    first = any(c.key == beside and c.evidence > 0 for c in found)
+    parent = type(candidate.effect).beside
+    first = any(c.key == parent and c.evidence > 0 for c in candidates)
     return replace(candidate, evidence=min(candidate.evidence, 0.0)) if first else candidate

@@ -14,16 +14,14 @@ from postproc.effects.registry import effect_library, find_effect
 from postproc.effects.roles import Role
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
-from postproc.estimation.nominal import no_farther_than_nominal
 from postproc.estimation.priors import with_earlier_fit
-from postproc.estimation.recorded import recorded_model
-from postproc.estimation.solving.rounding import misjudged
+from postproc.estimation.recorded import no_farther_than_nominal, recorded_model
+from postproc.estimation.solving.rounding import with_judged_rounding
 from postproc.estimation.solving.settle import settled
-from postproc.estimation.solving.solve import Terms
 from postproc.identification.acceptance import fitted_best
 from postproc.identification.curves.families import curve_forms
-from postproc.identification.refits import refit_all, thinned
-from postproc.identification.refits import without as without_some
+from postproc.identification.refits import refit_all, thinned, with_channels_of
+from postproc.identification.refits import without as without_effects
 from postproc.identification.screen.candidate import Screen
 from postproc.identification.screen.composition import compose
 from postproc.identification.search import with_curves_anew
@@ -125,12 +123,11 @@ def add_effects(
     library = effect_library()
     library.update({cls.key: cls for cls in extra_effects})
     classes = [find_effect(key, library) for key in keys]
-    data = data.in_order
+    data = with_channels_of(classes, model, data.in_order)
     model = with_earlier_fit(model, data)
-    added = _added(model, data, classes, noise, watch)
-    if misjudged(added.fit):
-        return _added(model, replace(data, rounded=not added.fit.data.rounded), classes, noise, watch)
-    return added
+    return with_judged_rounding(
+        lambda rows: _added(model, rows, classes, noise, watch), data, lambda addition: addition.fit
+    )
 
 
 def _added(
@@ -144,27 +141,27 @@ def _added(
     watch("the model as it came", 0.0)
     base = fit_model(model, data, noise=noise)
     # Forms are chosen on as many rows as tell them, and fitted to all.
-    found = start = thinned(base)
+    current = start = thinned(base)
     before = settled(base)
     steps, bound = [Step("base", FitFigures.of(before), before.model)], base.smooth_bound
     every = list(dict.fromkeys([*(cls.key for cls in classes), *(e.key for e in model.effects)]))
     total = len(classes) + len(every) + 2
 
-    def on_all_rows(found: Fit, keys: Sequence[str]) -> Fit:
+    def on_all_rows(current: Fit, keys: Sequence[str]) -> Fit:
         """Return what was found on some rows fitted to all of them."""
         # A start that some of the rows have settled needs no step below a third of a standard deviation.
-        return found if start is base else refit_all(base, found, keys, closely=0.1 / len(base.problem.residual))
+        return current if start is base else refit_all(base, current, keys, closely=0.1 / len(base.problem.residual))
 
     for k, cls in enumerate(classes):
         watch(f"`{cls.key}`", (k + 1) / total)
-        found = grown(found, cls)
+        current = grown(current, cls)
         if cls is not classes[-1]:
-            rung = settled(on_all_rows(found, [c.key for c in classes[: k + 1]]))
+            rung = settled(on_all_rows(current, [c.key for c in classes[: k + 1]]))
             steps.append(Step(f"+ {cls.key}", FitFigures.of(rung), rung.model))
     added = [cls for cls in classes if model.effect(cls.key) is None and cls.role is not Role.CURVE]
-    found = _beside_each_other(found, added if len(classes) > 1 else [])
+    current = _formed_together(current, added if len(classes) > 1 else [])
     watch("all of it", (len(classes) + 1) / total)
-    final = on_all_rows(found, [cls.key for cls in classes])
+    final = on_all_rows(current, [cls.key for cls in classes])
     no_farther_than_nominal(final)
     after = settled(final)
     steps.append(Step(f"+ {classes[-1].key}", after, after.model))
@@ -177,8 +174,8 @@ def _added(
     without: dict[str, FitFigures] = {}
     for k, effect in enumerate(e for e in final.model.effects if not e.is_frame):
         watch(f"without `{effect.key}`", (len(classes) + 2 + k) / total)
-        # Of many rows what the slope foretells is near enough: nobody fits them ten times.
-        fit = settled(_without(final, effect.key)) if start is base else without_some(final, [effect.key])
+        fit = without_effects(final, [effect.key])
+        fit = settled(fit) if start is base else fit
         # The frames of sessions that saw the arm from elsewhere come back by themselves.
         if fit.model.effect(effect.key) is None:
             without[effect.key] = FitFigures.of(fit)
@@ -203,6 +200,7 @@ def fit_effects(
             fit that does not converge.
     """
     classes = list(classes)
+    data = with_channels_of(classes, model, data)
     fit = fit_model(model, data, [c.null() for c in classes if not c.structures()], noise=noise, watch=watch)
     for cls in classes:
         if cls.structures():
@@ -230,11 +228,11 @@ def grown(fit: Fit, cls: type[Effect]) -> Fit:
     candidate = compose(screen, fit.linear, cls.key)
     if candidate is None:
         return fit_model(fit.model, fit.data, [fit.model.effect(cls.key) or cls.null()], noise=fit.noise.stated)
-    found = fitted_best(fit, screen, candidate)
-    if found is None:
+    best = fitted_best(fit, screen, candidate)
+    if best is None:
         message = f"the fit with `{cls.key}` does not settle on this data"
         raise PostprocError.of("DAT022", message, fit.data.source, help="measure more poses that move it")
-    return found[1]
+    return best[1]
 
 
 def with_curve(fit: Fit) -> Fit:
@@ -244,14 +242,14 @@ def with_curve(fit: Fit) -> Fit:
         PostprocError: DAT028, nothing that remains follows a channel.
     """
     state = fit.problem.sensitivity.state
-    found = with_curves_anew(SearchState(fit, fit, {}, curve_forms(state, fit.problem.site)))
-    if not found.curves:
+    searched = with_curves_anew(SearchState(fit, fit, {}, curve_forms(state, fit.problem.site)))
+    if not searched.curves and fit.model.in_role(Role.CURVE) is None:
         message = "no curve is added: nothing that remains follows a channel"
         raise PostprocError.of("DAT028", message, fit.data.source, help="see what `diagnose` says", exit_code=1)
-    return found.fit
+    return searched.fit
 
 
-def _beside_each_other(final: Fit, added: Sequence[type[Effect]]) -> Fit:
+def _formed_together(final: Fit, added: Sequence[type[Effect]]) -> Fit:
     """Return the fit with each added effect in the form that suits it beside all the others.
 
     The first forms were chosen without the later effects; a form is changed where the held-out error falls by the share
@@ -261,14 +259,6 @@ def _beside_each_other(final: Fit, added: Sequence[type[Effect]]) -> Fit:
         final: the fit with all effects; added: classes of those that were added.
     """
     for cls in added:
-        anew = grown(_without(final, cls.key), cls)
+        anew = grown(without_effects(final, [cls.key]), cls)
         final = anew if anew.held_out_rms < (1 - LEAST_FALL) * final.held_out_rms else final
     return final
-
-
-def _without(final: Fit, key: str) -> Fit:
-    """Return the fit of the model without one effect, everything else fitted again."""
-    kept = [e for e in final.model.effects if e.key != key]
-    free = {e.key: final.free[e.key] for e in kept}
-    strength = {k: v for k, v in final.strength.items() if k != key}
-    return fit_model(final.model.with_effects(*kept), final.data, noise=final.noise.stated, terms=Terms(free, strength))

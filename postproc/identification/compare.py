@@ -74,7 +74,7 @@ def compare(model: Model, data: Measurements, *, noise: float | None = None) -> 
     frame = model.in_role(Role.INSTRUMENT_FRAME)
     fit = evaluate(model, data, noise=noise)
     error, place = fit.observed_error.copy(), fit.position_error
-    error[list(fit.set_aside)] = np.nan
+    error[list(fit.excluded)] = np.nan
     iso = iso9283(place[:, np.isfinite(place).any(axis=0)], fit.data.repeats)
     before = None if frame is None else frame.vector()
     moved = before is not None and fit.free["instrument_frame"].any()

@@ -12,11 +12,11 @@ from postproc.effects.registry import effect_library
 from postproc.estimation.findings import data_findings
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
-from postproc.estimation.solving.rounding import misjudged
+from postproc.estimation.solving.rounding import with_judged_rounding
 from postproc.identification.curves.families import curve_forms
 from postproc.identification.diagnosis import Diagnosis, Verdict, too_few
 from postproc.identification.lack_of_fit import lacks_fit
-from postproc.identification.refits import refit_all, thinned, without
+from postproc.identification.refits import refit_all, thinned, with_channels_of, without
 from postproc.identification.screen.candidate import Candidate
 from postproc.identification.screen.suspects import Suspect, by_channel
 from postproc.identification.search import search, with_curves_anew
@@ -48,11 +48,10 @@ def diagnose(
     """
     library = effect_library()
     library.update({cls.key: cls for cls in extra_effects})
-    data = data.in_order
-    found = _diagnosed(model, data, library, noise, watch)
-    if misjudged(found.final):
-        return _diagnosed(model, replace(data, rounded=not found.final.data.rounded), library, noise, watch)
-    return found
+    data = with_channels_of(library.values(), model, data.in_order)
+    return with_judged_rounding(
+        lambda rows: _diagnosed(model, rows, library, noise, watch), data, lambda diagnosis: diagnosis.final
+    )
 
 
 def _diagnosed(
@@ -76,14 +75,14 @@ def _diagnosed(
     begin = SearchState(start, start, classes, forms)
     first = begin.ranked
     watch("effects and curves one after another", 0.3)
-    found = with_curves_anew(search(begin)).without_forms()
+    searched = with_curves_anew(search(begin)).without_forms()
     del begin
     watch("all of it on all rows", 0.8)
-    named = found.with_curves(())
+    named = searched.with_curves(())
     final = named.fit if start is base else refit_all(base, named.fit, named.keys)
-    missing = _with_held_out(named.missing, final)
+    missing = _validated(named.missing, final)
     exceeds_noise = lacks_fit(final)
-    curves = tuple(c.curve for c in found.curves if c.curve is not None)
+    curves = tuple(c.curve for c in searched.curves if c.curve is not None)
     # A few numbers for each parameter follow anything.
     remaining = () if too_few(base) and not missing else _remaining(named, curves, bool(exceeds_noise))
     quiet: Verdict = "complete" if exceeds_noise is False else "unknown"
@@ -94,7 +93,7 @@ def _diagnosed(
         verdict=verdict,
         base=base,
         final=final,
-        model=found.fit if curves else final,
+        model=searched.fit if curves else final,
         screened=start,
         searched=named.fit,
         missing=missing,
@@ -110,7 +109,7 @@ def _diagnosed(
     )
 
 
-def _with_held_out(missing: Sequence[Candidate], final: Fit) -> tuple[Candidate, ...]:
+def _validated(missing: Sequence[Candidate], final: Fit) -> tuple[Candidate, ...]:
     """Return the missing effects, each with the held-out rms of the fit with it and those before it (`without`).
 
     Args:

@@ -81,7 +81,12 @@ class Diagnosis:
 def suspect_size(fit: Fit, suspect: Suspect) -> Array:
     """Return the (m,) sizes of a suspect that best fit the residual, beside all parameters of the fit."""
     columns = fit.linear.project(suspect.columns(fit.problem))
-    return np.asarray(np.linalg.lstsq(columns, fit.linear.rest, rcond=None)[0])
+    return np.asarray(np.linalg.lstsq(columns, fit.linear.projected_residual, rcond=None)[0])
+
+
+def law_of_suspect(fit: Fit, suspect: Suspect) -> list[str]:
+    """Return a suspect's law in symbols, with the sizes that best fit the residual."""
+    return list(suspect.effect(fit.problem.site, suspect_size(fit, suspect)).symbols())
 
 
 def too_few(fit: Fit) -> bool:

@@ -43,21 +43,21 @@ def indistinguishable(
         return float(schwarz(linear.square, linear.square - c.fall, c.count, linear.freedom))
 
     others = [c for c in ranking if c.key != chosen.key and c.evidence > 0]
-    alike = {
+    similar = {
         c.key
         for c in others
         if c.evidence > chosen.evidence - CLOSE_EVIDENCE or plain(c) > plain(chosen) - CLOSE_EVIDENCE
     }
-    alike |= set(contenders(ranking, chosen, before))
-    further = [c for c in others if c.key not in alike]
-    beside = (
+    similar |= set(contenders(ranking, chosen, before))
+    further = [c for c in others if c.key not in similar]
+    relaxed = (
         Linear(after.problem.residual, after.basis(FREE_PENALTY_SHARE), after.problem.row) if further else after.linear
     )
-    unseen = tuple(c.key for c in further if _hidden(c, before, after, beside))
-    return tuple(c.key for c in others if c.key in alike), unseen
+    unseen = tuple(c.key for c in further if _hidden(c, before, after, relaxed))
+    return tuple(c.key for c in others if c.key in similar), unseen
 
 
-def _hidden(candidate: Candidate, before: Fit, after: Fit, beside: Linear) -> bool:
+def _hidden(candidate: Candidate, before: Fit, after: Fit, relaxed: Linear) -> bool:
     """Return whether a fit without an effect can do most of what the effect would explain on its own.
 
     Along directions v_i of its amplitudes that are independent before (v_i^T C^T M C v_i = 1) and after, it explains
@@ -66,7 +66,7 @@ def _hidden(candidate: Candidate, before: Fit, after: Fit, beside: Linear) -> bo
 
     Args:
         before, after: the fits without and with the chosen effect.
-        beside: the latter as a linear problem, its free functions hardly penalised.
+        relaxed: the latter as a linear problem, its free functions hardly penalised.
     """
     effect = candidate.effect
     if effect.roughness() is not None or after.model.effect(candidate.key) is not None:
@@ -75,10 +75,10 @@ def _hidden(candidate: Candidate, before: Fit, after: Fit, beside: Linear) -> bo
     value, vector = np.linalg.eigh(alone.T @ before.linear.project(alone))
     seen = value > DIM * np.max(value, initial=0.0)
     unit = vector[:, seen] / np.sqrt(value[seen])
-    left, turn = np.linalg.eigh(unit.T @ (further.T @ beside.project(further)) @ unit)
-    explained = (turn.T @ unit.T @ (alone.T @ before.linear.rest)) ** 2
+    remaining, turn = np.linalg.eigh(unit.T @ (further.T @ relaxed.project(further)) @ unit)
+    explained = (turn.T @ unit.T @ (alone.T @ before.linear.projected_residual)) ** 2
     # What is no more than noise says nothing: many such directions are not one effect that hides.
-    hidden = (explained > TELLING_SQUARE * after.variance) & (explained * left < TELLING_SQUARE * after.variance)
+    hidden = (explained > TELLING_SQUARE * after.variance) & (explained * remaining < TELLING_SQUARE * after.variance)
     return bool(explained[hidden].sum() > 0.5 * explained.sum())
 
 
@@ -98,19 +98,19 @@ def contenders(ranking: Sequence[Candidate], chosen: Candidate, before: Fit) -> 
     ]
     if not rivals:
         return []
-    asked = [next((c for c in ranking if c.key == chosen.key), chosen), *rivals]
+    compared = [next((c for c in ranking if c.key == chosen.key), chosen), *rivals]
     linear, groups = before.linear, before.data.repeats[before.linear.row]
-    columns = [c.columns(before.problem) for c in asked]
+    columns = [c.columns(before.problem) for c in compared]
 
     def gains(kept: NDArray[np.bool_]) -> Array:
         """Return (c,) gain of each effect on a part of the rows."""
         basis, y = np.linalg.qr(linear.nuisance[kept])[0], linear.residual[kept]
-        rest = y - basis @ (basis.T @ y)
-        before, falls = float(rest @ rest), [_fall(some[kept], basis, rest) for some in columns]
+        residual = y - basis @ (basis.T @ y)
+        before, falls = float(residual @ residual), [_fall(some[kept], basis, residual) for some in columns]
         after = np.maximum(before - np.array(falls), ROUNDING_SHARE * before)
         return np.asarray(np.mean(kept) * linear.freedom * np.log(before / after))
 
-    paid = gains(np.ones(len(groups), dtype=bool)) - [c.evidence for c in asked]
+    paid = gains(np.ones(len(groups), dtype=bool)) - [c.evidence for c in compared]
     poses, random = np.unique(groups), np.random.default_rng(0)
     parts = [random.choice(poses, round(SHARE * len(poses)), replace=False) for _ in range(PARTS)]
     worth = np.array([gains(np.isin(groups, some)) - paid for some in parts])
@@ -118,13 +118,13 @@ def contenders(ranking: Sequence[Candidate], chosen: Candidate, before: Fit) -> 
     return [c.key for c, wins in zip(rivals, won, strict=True) if wins]
 
 
-def _fall(columns: Array, basis: Array, rest: Array) -> float:
+def _fall(columns: Array, basis: Array, residual: Array) -> float:
     """Return by how much columns (N, m) lower the sum of squares of a residual (N,) beside a fit.
 
     Args:
         basis: (N, k) orthonormal basis of the columns of that fit; rest: the residual.
     """
-    own = columns - basis @ (basis.T @ columns)
-    length = np.linalg.norm(own, axis=0)
-    unit = np.linalg.qr(own[:, length > 0] / length[length > 0])[0]
-    return float(np.sum((unit.T @ rest) ** 2))
+    projected = columns - basis @ (basis.T @ columns)
+    length = np.linalg.norm(projected, axis=0)
+    unit = np.linalg.qr(projected[:, length > 0] / length[length > 0])[0]
+    return float(np.sum((unit.T @ residual) ** 2))

@@ -57,7 +57,7 @@ def _exceeds(fit: Fit, sigma: float, dof: float, chance: float) -> bool:
     single = standing_out(fit)
     alone = np.isin(fit.linear.row, single if len(single) <= max(1, len(fit.data) // 20) else [])
     freedom = max(fit.freedom - int(alone.sum()), 1.0)
-    square = fit.variance * fit.freedom - float(np.sum(fit.linear.rest[alone] ** 2))
+    square = fit.variance * fit.freedom - float(np.sum(fit.linear.projected_residual[alone] ** 2))
     ratio = square / freedom * (weighed_by(fit.noise) / sigma) ** 2
     return bool(ratio > MATTERING_RATIO and chance_of_excess(ratio, freedom, dof) < chance)
 

@@ -70,11 +70,11 @@ def predict_rows(model: Model, data: Measurements, place: bool = False) -> Predi
     good = np.asarray(np.isfinite(data.state.q).all(axis=1))
     seen = np.asarray(good & np.isfinite(data.position).all(axis=1))
     placed = _place(model, data.rows(seen)) if place else None
-    found = [] if placed is None else [_placed_finding(placed)]
+    findings = [] if placed is None else [_placed_finding(placed)]
     known = model if placed is None else placed.model
     some = data.rows(good)
     some = replace(some, state=with_ordered_channels(known, some.state))
-    found += session_laws(model, data)
+    findings += session_laws(model, data)
     state = some.state if data.tool_known else some.state.with_(T_flange_tcp=model.T_flange_tcp)
     position, sigma, measured = np.full((len(data), 3), np.nan), *np.full((2, len(data)), np.nan)
     position[good] = predict(known, state)[:, :3, 3]
@@ -83,9 +83,9 @@ def predict_rows(model: Model, data: Measurements, place: bool = False) -> Predi
         sigma[good] = np.hypot(sigma[good], _sigma_of_place(placed, state))
     measured[good] = np.hypot(sigma[good], _noise(model, some))
     if placed is None:
-        found += _elsewhere(model, data, seen, position)
-    found += [*_left_out(model, state, data), *_beyond(model, state, data)]
-    return Prediction(data.pose_id, position, sigma, measured, tuple(found))
+        findings += _elsewhere(model, data, seen, position)
+    findings += [*_left_out(model, state, data), *_beyond(model, state, data)]
+    return Prediction(data.pose_id, position, sigma, measured, tuple(findings))
 
 
 def _noise(model: Model, data: Measurements) -> Array:
@@ -112,7 +112,7 @@ def _place(model: Model, seen: Measurements) -> Fit:
         raise PostprocError.of("DAT035", message, seen.source, help=help_)
     bare = model.with_effects(*(e for e in model.effects if e.role is not Role.INSTRUMENT_FRAME))
     placed = evaluate(bare, replace(seen, rotation=None, joint=None))
-    if any(key == "instrument_frame" for key, _ in placed.held):
+    if any(key == "instrument_frame" for key, _ in placed.unidentifiable):
         message = f"the {len(seen)} measured positions stand in line: they do not place the instrument"
         raise PostprocError.of("DAT035", message, seen.source, help="measure poses far from each other, not in line")
     return placed
@@ -120,7 +120,7 @@ def _place(model: Model, seen: Measurements) -> Fit:
 
 def _placed_finding(placed: Fit) -> Diagnostic:
     """Return DAT035, which says how many rows placed the instrument and how well."""
-    rows = len(placed.data) - len(placed.set_aside)
+    rows = len(placed.data) - len(placed.excluded)
     message = f"{rows} measured rows place the instrument anew; they are off by {1e3 * placed.rms:.3f} mm per axis then"
     return Diagnostic("DAT035", "info", message, placed.data.source)
 

@@ -7,10 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from postproc.effects.base import Effect
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.solving.determined import slope
 from postproc.estimation.solving.solve import SETTLED, Terms, advance
+from postproc.measure.measurements import Measurements
+from postproc.model.arm import Model
+from postproc.model.ordered import with_ordered_channels
 
 MOST_NUMBERS_SEARCHED = 2000
 """Measured numbers that a search takes at most: beyond it every second, third .. pose."""
@@ -41,13 +45,17 @@ def refit_all(base: Fit, fitted: Fit, added: Iterable[str], closely: float = SET
     return fit_model(base.model.with_effects(*start.values()), base.data, noise=base.noise.stated, terms=terms)
 
 
+def with_channels_of(classes: Iterable[type[Effect]], model: Model, data: Measurements) -> Measurements:
+    """Return measurements with the channels of the rows' order that some classes of effects read filled in."""
+    return replace(data, state=with_ordered_channels(model, data.state, [cls.null() for cls in classes]))
+
+
 def thinned(base: Fit) -> Fit:
     """Return the base fitted to every k-th pose, at most about `MOST_NUMBERS_SEARCHED` measured numbers."""
-    step = -(-int(base.problem.weights.used.sum()) // MOST_NUMBERS_SEARCHED)
-    if step < 2:
+    kept = base.problem.subsample(MOST_NUMBERS_SEARCHED)
+    if kept.all():
         return base
-    kept = base.data.one_in(step)
-    kept[list(base.set_aside)] = False
+    kept[list(base.excluded)] = False
     return fit_model(base.model, base.data.rows(kept), noise=base.noise.stated, terms=Terms(base.free, base.strength))
 
 
@@ -66,9 +74,17 @@ def without(fit: Fit, keys: Iterable[str]) -> Fit:
     problem = fit.problem.at([e for e in fit.model.effects if e.key not in gone])
     at = slope(problem, free, set(), fit.strength)
     for _ in range(STEPS):
-        aim = at.foretold(problem, at.step(problem)[0])
+        aim = at.predicted_cost(problem, at.step(problem)[0])
         further, fallen, *_ = advance(problem, at, 0.0, 0.0, 10)
         if further is problem or at.cost(problem) - fallen < (1 + MISSED) * aim:
             break
         problem, at = further, slope(further, free, set(), fit.strength)
-    return replace(fit, problem=problem, free=free, held=at.held, at_bound=(), columns=at.columns, penalty=at.penalty)
+    return replace(
+        fit,
+        problem=problem,
+        free=free,
+        unidentifiable=at.unidentifiable,
+        at_bound=(),
+        columns=at.columns,
+        penalty=at.penalty,
+    )

@@ -64,7 +64,7 @@ def forward(state: SearchState, named: bool = True, most: int = MOST_CURVES) -> 
         ranked = state.ranked if named else []
         best = next((c for c in ranked if c.name not in refused and convincing(c)), None)
         least = 0.0 if best is None else best.evidence
-        curves = state.ranked_curves(least) if most else []
+        curves = state.ranked_curves(least) if most else ()
         curve = next((c for c in curves if c.name not in refused), None)
         if curve is not None and curve.evidence > least:
             if len(state.curves) == most:
@@ -122,8 +122,8 @@ def backward(state: SearchState) -> SearchState:
         if best is not state:
             state, done = best, set()
             continue
-        alike, unseen = indistinguishable(without.ranked, one, without.fit, state.fit)
-        state = state.with_rivals(replace(one, alike=alike, unseen=unseen))
+        similar, unseen = indistinguishable(without.ranked, one, without.fit, state.fit)
+        state = state.with_rivals(replace(one, alike=similar, unseen=unseen))
     return state
 
 
@@ -142,7 +142,7 @@ def _replacements(
     """
     effect = state.fit.model.effect(one.key)
     empty = with_curves_anew(without, len(state.curves)) if state.curves else without
-    if again is None or (state.curves and empty.fit.set_aside == state.fit.set_aside):
+    if again is None or (state.curves and empty.fit.excluded == state.fit.excluded):
         yield empty
     if len(state.missing) + len(state.curves) > 1:
         if again is not None and again.label != one.label and again.effect.roughness() is None:

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property, reduce
-from typing import Any
+from functools import cached_property
 
 import numpy as np
 
 from postproc.channels.expression import in_order
-from postproc.channels.sight import Site
 from postproc.effects.base import Effect
-from postproc.effects.registry import effect_in_role
 from postproc.effects.roles import Role
 from postproc.estimation.evidence import schwarz
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
-from postproc.estimation.leftover import SLOW
+from postproc.estimation.residual_split import SLOW
 from postproc.estimation.solving.solve import ROUGHLY, Terms
 from postproc.identification.acceptance import ranking
 from postproc.identification.curves.families import CurveForms
@@ -25,6 +22,7 @@ from postproc.identification.curves.prior import UNNAMED_LOG_PRIOR
 from postproc.identification.refits import refit_all
 from postproc.identification.screen.candidate import Candidate, FormCache, Screen
 from postproc.identification.screen.curves import CurveScreen
+from postproc.identification.screen.suspects import joined
 from postproc.measure.trajectory import is_record
 
 LEAST_SHARE = 0.15
@@ -92,8 +90,8 @@ class SearchState:
         """All curves, tried on the residual of the fit."""
         return CurveScreen(self.fit.problem, self.fit.linear, self.forms)
 
-    def ranked_curves(self, least: float = 0.0) -> list[Candidate]:
-        """Return the curves with positive evidence, strongest first.
+    def ranked_curves(self, least: float = 0.0) -> Iterator[Candidate]:
+        """Yield the curves with positive evidence, strongest first.
 
         Where the noise is not known, they explain the share `LEAST_SHARE` of the residual, unless poses were measured
         one by one and the curve depends on temperature, time, session or row alone.
@@ -104,14 +102,11 @@ class SearchState:
         known, poses = self.fit.noise.sigma is not None, not is_record(self.fit.data.state)
         nu, square = self.fit.linear.freedom, self.fit.linear.square
         if known and least > nu * np.log(square / max(nu - 3 * np.sqrt(2 * nu), 1.0)) - UNNAMED_LOG_PRIOR:
-            return []  # what leaves no more than the noise is worth less
-        site, ranked = self.fit.problem.site, []
+            return  # what leaves no more than the noise is worth less
         for curve in self.curve_screen.suspects(least):
             slow = poses and {*SLOW, "row"}.issuperset(curve.channels)
             if curve.evidence > 0 and (known or slow or curve.fall > LEAST_SHARE * square):
-                effect = curve_of(curve.terms, site)
-                ranked.append(Candidate.of_curve(curve, effect))
-        return ranked
+                yield Candidate.of_curve(curve, curve.effect(self.fit.problem.site))
 
     def with_curves(self, curves: tuple[Candidate, ...]) -> SearchState:
         """Return the state with other curves in the model, and everything fitted again.
@@ -176,22 +171,6 @@ class SearchState:
         curves = [c.key for c in self.curves[:1]]
         fit = refit_all(self.base, self.fit, [*(m.key for m in others), *curves])
         return replace(self, fit=fit, missing=others, bare=None)
-
-
-def curve_of(terms: Sequence[Mapping[str, Any]], site: Site) -> Effect:
-    """Return the effect `curve` with some terms, its amplitudes at null.
-
-    Args:
-        terms: fields of the effect, for one term each; site: where the measured point and the instrument are.
-    """
-    cls: Any = effect_in_role(Role.CURVE)
-    [effect] = joined([cls(**term, point_m=site.point, instrument_m_rad=site.instrument) for term in terms])
-    return effect
-
-
-def joined(curves: Sequence[Effect]) -> list[Effect]:
-    """Return the terms of several curves as one effect, in a list; an empty list of none."""
-    return [reduce(lambda first, other: first.plus(other), curves)] if curves else []  # type: ignore[attr-defined]
 
 
 def _square_after(before: Fit, after: Fit) -> float:

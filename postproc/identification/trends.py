@@ -62,25 +62,25 @@ def joint_inverse(fit: Fit) -> Array:
 def residual_trends(fit: Fit) -> tuple[Trend, ...]:
     """Return the residual against every channel, in space and at the channel's joint, the largest share first."""
     error, named = fit.observed_error.copy(), fit.problem.channels
-    error[list(fit.set_aside)] = np.nan
+    error[list(fit.excluded)] = np.nan
     seen = np.asarray(np.isfinite(error).any(axis=0))
     good = np.asarray(np.isfinite(error[:, seen]).all(axis=1))
     if not seen.any() or good.sum() < 3 * FEWEST or fit.observed.name == "orientation":
         return ()
     space = fit.observed.name == "position"
     joint = joint_errors(fit) if space else error
-    found: list[Trend] = []
+    trends: list[Trend] = []
     for name, values in named.items():
         member, centre = _bins(values[good])
         if space:
             along = _trend(name, "space", error[:, seen] * 1e3, good, member, centre)
-            found.append(replace(along, direction=np.eye(3)[seen].T @ along.direction))
-        own = name[:-1] in ("q", "v", "dir", "load", "a") and name[-1] in "123456"
-        for j in [int(name[-1]) - 1] if own else []:
+            trends.append(replace(along, direction=np.eye(3)[seen].T @ along.direction))
+        at_joint = name[:-1] in ("q", "v", "dir", "load", "a") and name[-1] in "123456"
+        for j in [int(name[-1]) - 1] if at_joint else []:
             if not (space or seen[j]):
                 continue
-            found.append(_trend(name, f"joint {j + 1}", joint[:, j : j + 1] * 1e3, good, member, centre))
-    return tuple(sorted(found, key=lambda t: -t.share))
+            trends.append(_trend(name, f"joint {j + 1}", joint[:, j : j + 1] * 1e3, good, member, centre))
+    return tuple(sorted(trends, key=lambda t: -t.share))
 
 
 def _bins(values: Array) -> tuple[NDArray[np.int_], Array]:

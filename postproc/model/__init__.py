@@ -4,6 +4,6 @@
 `loads` on the `chain` of bodies (weights by pinocchio, `multibody`) and the `deflection` of all effects in turn.
 `derivatives` say how that answers to small changes; `uncertainty` of a prediction (`packed` in a model file), what of
 it no row has told (`undetermined`), `scatter` of arms about an estimated stiffness; `controller_part` is what a
-controller corrects by itself,
-`from_controller` the model that its configuration gives. `reference`: where external axes put the arm.
+controller corrects by itself, `from_controller` the model that its configuration gives. `reference`: where external
+axes put the arm; `ordered`: channels that follow the rows in their order.
 """

@@ -2,5 +2,5 @@
 
 `module` writes targets and statements into a program (`numbers` as RAPID writes them, `lines` as they stand there,
 `templates`), `header` what was done above them. `seam` makes a weld module of `seampoints`, `measuring` one that visits
-poses. `effect_file`: what remains of a diagnosis as an effect in Python.
+poses.
 """

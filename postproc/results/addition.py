@@ -12,7 +12,7 @@ from postproc.report.blocks import Bar, Bars, Chart, Columns, Document, Figure, 
 from postproc.report.drawing.residuals import channel_sections
 from postproc.report.drawing.steps import Rung, distance_chart, steps_data
 from postproc.results.comparison import workspace_section
-from postproc.results.fit import error_values, fit_values, known_of, parameter_table
+from postproc.results.fit import error_values, fit_values, known_of, laws_in_symbols, parameter_table
 
 HARDLY_ANY = 0.05
 """Share of the way to the floor that must be gone to be called more than hardly any: chance goes a few percent."""
@@ -66,7 +66,7 @@ def addition_document(name: str, addition: Addition) -> Document:
             *workspace_section(kind.name, "Where it is off, at this step", program=True),
             Section(f"What each effect is worth, {each} on {rows}", [worth], EACH_NOTE),
             *channel_sections(fit, "What the rest follows", folded=True),
-            Section("What to know of this fit", known_of(fit)),
+            Section("What to know of this fit", [*laws_in_symbols(fit), *known_of(fit)]),
             Section("Parameters", [parameter_table(fit, [e.key for e in fit.model.effects], brief=True)], folded=True),
         ],
         scene=Scene("steps", lambda: steps_data(_rungs(addition), added, dashed), "controls"),

@@ -94,7 +94,7 @@ def comparison_values(comparison: Comparison) -> Values:
     names = [str(j) for j in range(1, 7)] if kind.name == "joint" else "xyz"
     axes = zip(names, comparison.error.T, strict=True)
     measured = [(name, column[np.isfinite(column)]) for name, column in axes]
-    kept = np.isin(np.arange(len(data)), comparison.fit.set_aside, invert=True)
+    kept = np.isin(np.arange(len(data)), comparison.fit.excluded, invert=True)
     rotation = comparison.fit.problem.error[kept, 3:6] if data.rotation is not None else None
     space = kind.name == "position"
     iso_values = {
@@ -108,7 +108,7 @@ def comparison_values(comparison: Comparison) -> Values:
         "schema": "postproc/compare/1",
         "observed": kind.name,
         "rows": len(data),
-        "set_aside_rows": [row for _, row in comparison.fit.left_out],
+        "set_aside_rows": [row for _, row in comparison.fit.excluded_rows],
         key("rms"): mm(rms(comparison.error)),
         **({"rms_3d_mm": round(float(np.sqrt(np.mean(known**2))), 6)} if space else {}),
         key("mean"): round(float(np.mean(known)), 6),

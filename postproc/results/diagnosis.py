@@ -13,7 +13,7 @@ from postproc.diagnostics import joined
 from postproc.effects.registry import BUILT_IN
 from postproc.estimation.solving.smooth import effective_parameters
 from postproc.grouping import grouped
-from postproc.identification.diagnosis import Diagnosis
+from postproc.identification.diagnosis import Diagnosis, law_of_suspect
 from postproc.identification.joint_curves import JointCurve, curves
 from postproc.identification.screen.candidate import Candidate
 from postproc.numbers import mm, mm_or_none
@@ -89,7 +89,7 @@ def diagnosis_document(name: str, d: Diagnosis) -> Document:
             _ladder(d, values, steps),
             Section("Also to know", [*doubts(d), *undetermined_sentences(d.model)]),
             _missing_section(d),
-            Section("What remains follows", [strongest, suspect_table(d.remaining)], REMAINING_NOTE),
+            Section("What remains follows", [strongest, suspect_table(d.remaining), *first_law(d)], REMAINING_NOTE),
             *workspace_section(kind.name, "Where it is off", program=bool(d.missing)),
             *channel_sections(d.final, "What the rest follows", suspected, folded=kind.name == "position"),
             _ranking(d, values),
@@ -131,7 +131,13 @@ def diagnosis_values(d: Diagnosis) -> Values:
             *(_candidate(d, key, None) for key in d.untestable),
         ],
         "suspects": [
-            {"channel": s.channel, "where": s.where, "share": round(s.share, 4), "pattern": s.pattern}
+            {
+                "channel": s.channel,
+                "where": s.where,
+                "share": round(s.share, 4),
+                "pattern": s.pattern,
+                "law": law_of_suspect(d.searched, s),
+            }
             for s in d.remaining
         ],
         key("floor"): mm_or_none(d.floor),
@@ -283,6 +289,11 @@ def suspect_table(suspects: Sequence[Any]) -> DataTable:
         (where, joined(some), pattern, f"{100 * share:.0f} %") for (where, pattern, share), some in channels.items()
     ]
     return DataTable("suspects", ("where", "channel", "pattern", "explains"), rows)
+
+
+def first_law(d: Diagnosis) -> list[str]:
+    """Return a sentence with the law of the strongest suspect in symbols; none without suspects."""
+    return [f"In symbols: {'; '.join(law_of_suspect(d.searched, s))}" for s in d.remaining[:1]]
 
 
 def _ranking(d: Diagnosis, values: Values) -> Section:

@@ -8,7 +8,7 @@ import numpy as np
 
 from postproc.estimation.findings import MOST_ROWS_NAMED, cautions
 from postproc.estimation.fitted import Fit
-from postproc.estimation.recorded import left_of_pose, undetermined
+from postproc.estimation.recorded import pose_error_sigma, undetermined
 from postproc.grouping import grouped
 from postproc.identification.add import FitFigures
 from postproc.measure.errors import distances
@@ -49,6 +49,11 @@ def fit_document(name: str, fit: Fit) -> Document:
     )
 
 
+def laws_in_symbols(fit: Fit) -> list[str]:
+    """Return sentences with the laws of a model that have no name, in symbols."""
+    return [f"`{e.key}`: {'; '.join(law)}" for e in fit.model.effects if (law := list(e.symbols()))]
+
+
 def known_of(fit: Fit) -> list[str]:
     """Return sentences on undetermined parameters, rows left out, and what to know before relying on the fit."""
     words = (f"{d.message[0].upper()}{d.message[1:]}; {d.help}." for d in cautions(fit))
@@ -60,7 +65,7 @@ def undetermined_sentences(fit: Fit) -> list[str]:
     lines, open_ = [], undetermined(fit)
     if open_:
         shown = {(key, i): text for key in {key for key, _ in open_} for i, text in known_values(fit, key)}
-        sources = dict(zip((*fit.posterior.names, *fit.posterior.left_open), fit.posterior.sources, strict=True))
+        sources = dict(zip((*fit.posterior.names, *fit.posterior.unidentifiable), fit.posterior.sources, strict=True))
         by_source = grouped((sources[name], shown[name]) for name in open_ if name in shown)
         for source, some in by_source.items():
             lines.append(f"The rows say little of {'; of '.join(some)}. What stood before them is kept ({source})")
@@ -75,7 +80,7 @@ def excluded_rows(fit: Fit) -> list[str]:
     off, unit, data = 1e3 * distances(fit.observed_error), fit.observed.unit, fit.data
     lines = [
         f"R{data.name(i)[1:]} was left out: it lies {off[i]:.1f} {unit} off, far from everything else."
-        for i in fit.set_aside
+        for i in fit.excluded
     ]
     rows = set(zip(data.file or (0,) * len(data), data.row, strict=False))
     for file, row in sorted(data.wrong - rows):
@@ -109,15 +114,17 @@ def fit_values(fit: Fit, before: Values | None = None) -> Values:
         **({"rms_3d_mm": mm(fit.rms * np.sqrt(3))} if fit.observed.name == "position" else {}),
         **noise_values(fit),
         "rows": len(fit.data) + len(fit.data.wrong),
-        "set_aside_rows": [row for _, row in fit.left_out],
-        **({"set_aside_files": [fit.data.sources[file].path for file, _ in fit.left_out]} if fit.data.file else {}),
+        "set_aside_rows": [row for _, row in fit.excluded_rows],
+        **(
+            {"set_aside_files": [fit.data.sources[file].path for file, _ in fit.excluded_rows]} if fit.data.file else {}
+        ),
         "before": before,
         "parameters": {e.key: parameter_values(fit, e.key) for e in fit.model.effects},
         "structure": {e.key: structure_values(fit, e.key) for e in fit.model.effects if e.structures()},
         "undetermined": undetermined_values(fit),
         "not_identifiable": [parameter_name(fit.model, key, i) for key, i in not_identifiable(fit)],
         "at_bound": [parameter_name(fit.model, key, i) for key, i in fit.at_bound],
-        "unexplained_mm": mm(left_of_pose(fit)),
+        "unexplained_mm": mm(pose_error_sigma(fit)),
         "diagnostics": [d.as_json() for d in (*fit.data.diagnostics, *cautions(fit))],
     }
 
@@ -172,13 +179,13 @@ def structure_values(fit: Fit, key: str) -> Values:
 
 def not_identifiable(fit: Fit) -> list[tuple[str, int]]:
     """Return the parameters (effect key, index) that these rows cannot determine beside the others."""
-    return list(dict.fromkeys([*fit.held, *fit.posterior.left_open]))
+    return list(dict.fromkeys([*fit.unidentifiable, *fit.posterior.unidentifiable]))
 
 
 def undetermined_values(fit: Fit) -> list[Values]:
     """Return the parameters that stand at their priors, with value, standard deviation and source, in SI units."""
     after = fit.posterior
-    names = (*after.names, *after.left_open)
+    names = (*after.names, *after.unidentifiable)
     return [
         {
             "parameter": parameter_name(fit.model, *names[k]),

@@ -28,7 +28,7 @@ def plan_values(plan: MeasuringPlan) -> dict[str, Any]:
         "schema": "postproc/plan/1",
         "poses": len(plan.state),
         "between": None if plan.between is None else list(plan.between),
-        "told_apart": plan.told_apart,
+        "told_apart": plan.resolved,
         "before": round(plan.before, 3),
         "after": round(plan.after, 3),
         "worst_determined": [parameter_name(plan.fit.model, *entry) for entry in plan.worst],
@@ -49,7 +49,7 @@ def plan_sentence(plan: MeasuringPlan) -> str:
             )
         enough = (
             "the data so far tells them apart already"
-            if plan.before >= TELLING_SIGMAS and plan.told_apart
+            if plan.before >= TELLING_SIGMAS and plan.resolved
             else "enough to tell them apart"
             if plan.after >= TELLING_SIGMAS
             else f"{TELLING_SIGMAS:.0f} tell them apart: ask for more poses with `-n`"

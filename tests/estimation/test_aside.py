@@ -54,7 +54,7 @@ def test_rows_that_stand_out_are_one_finding_at_the_farthest():
 def test_typing_errors_are_findings_about_the_data():
     data, _ = cell(seed=921, poses=80, outliers=3)
     found = diagnose(base_fit(data).model, data)
-    assert len(found.final.left_out) >= 2
+    assert len(found.final.excluded_rows) >= 2
     assert (found.verdict, found.suspects) == ("complete", ())
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from postproc.estimation.excess import ODDS, excess_variance
+from postproc.estimation.fitted import ODDS, excess_variance
 
 
 @pytest.mark.parametrize(

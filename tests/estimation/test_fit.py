@@ -24,7 +24,7 @@ from postproc.estimation.least_squares import evaluate, fit_model
 from postproc.estimation.problem import Problem, make_weights
 from postproc.estimation.recorded import recorded_model
 from postproc.estimation.solving.determined import slope
-from postproc.estimation.solving.solve import FREED, LEAST, Terms, _held_at_prior, _made_up_for, advance
+from postproc.estimation.solving.solve import FREED, LEAST, Terms, _made_up_for, _unidentifiable_at_prior, advance
 from postproc.identification.add import Addition, Step, add_effects
 from postproc.identification.compare import compare
 from postproc.measure.checks.repeats import estimate_noise
@@ -110,7 +110,7 @@ def test_a_row_far_off_is_set_aside_and_named():
     position = data.position.copy()
     position[17] += [0.0, 0.099, 0.0]
     fit = base_fit(replace(data, position=position))
-    assert fit.set_aside == (17,)
+    assert fit.excluded == (17,)
     assert fit_values(fit)["set_aside_rows"] == [18]
     assert fit.rms == pytest.approx(3e-5, rel=0.15)
 
@@ -220,7 +220,7 @@ def test_an_instrument_that_was_set_up_anew_gets_a_frame_of_its_own():
     where = predict(moved, fits[1].data.state)[:, :3, 3] * 1e3
     assert where[:35] == pytest.approx(true[:35], abs=0.01)
     assert where[35:] == pytest.approx((true @ turn.T + shift)[35:], abs=0.01)
-    assert fits[1].set_aside == ()
+    assert fits[1].excluded == ()
     # A model of the first table meets the second: its frame is found, and nothing of the arm changes.
     alone = fit_model(Model(arm, robot_name="irb4600_60_205"), read_tables([first], arm), effects).model
     beside = evaluate(alone, read_tables([first, far], arm))
@@ -395,7 +395,7 @@ def test_a_bad_position_is_set_aside_beside_coarse_orientations():
     rotation = Rotation.from_rotvec(g.normal(0, 3e-4, (n, 3))).as_matrix() @ T[:, :3, :3]
     position = T[:, :3, 3] + g.normal(0, 3e-5, (n, 3))
     position[17] += np.array([0.6e-3, -0.5e-3, 0.5e-3])
-    assert base_fit(replace(data, position=position, rotation=rotation)).set_aside == (17,)
+    assert base_fit(replace(data, position=position, rotation=rotation)).excluded == (17,)
 
 
 def _arm(*effects):
@@ -426,12 +426,12 @@ def test_what_others_could_make_up_for_by_a_wild_value_alone_stays_where_it_is()
         whole,
         columns=whole.columns[:, kept],
         parameters=tuple(whole.parameters[k] for k in kept),
-        held=(("seat", 3),),
+        unidentifiable=(("seat", 3),),
     )
     null = {e.key: e.null_vector() for e in warm.effects}
 
     def shift(new, returned):
-        return _held_at_prior(problem, at, null, new, returned).model.effect("seat").shift_m[0]
+        return _unidentifiable_at_prior(problem, at, null, new, returned).model.effect("seat").shift_m[0]
 
     once = set()
     assert shift({"seat"}, once) == 1e-3 and not once
@@ -469,7 +469,7 @@ def test_a_step_that_does_what_was_foretold_sets_the_next_one_free(faithful, bef
     taken = SimpleNamespace(step=lambda problem: (1.0, set()))
     at = SimpleNamespace(
         damped=lambda damping: taken,
-        foretold=lambda problem, step: 3.0,
+        predicted_cost=lambda problem, step: 3.0,
         moved=lambda problem, step: "there",
         cost=lambda where: 5.0 if where == "here" else 5.0 - 2.0 * faithful,
     )
@@ -487,10 +487,12 @@ def test_what_a_fitted_slack_length_needs_stays_where_it_is():
     whole = slope(problem, free, set(), {})
     kept = [k for k, name in enumerate(whole.parameters) if name != ("dress_pack", 0)]
     names = tuple(whole.parameters[k] for k in kept)
-    at = replace(whole, columns=whole.columns[:, kept], parameters=names, held=(("dress_pack", 0),))
+    at = replace(whole, columns=whole.columns[:, kept], parameters=names, unidentifiable=(("dress_pack", 0),))
     null = {e.key: e.null_vector() for e in problem.model.effects}
     assert ("dress_pack", 1) in names
-    assert _held_at_prior(problem, at, null, set(), set()).model.effect("dress_pack").stiffness_N_per_m == 400.0
+    assert (
+        _unidentifiable_at_prior(problem, at, null, set(), set()).model.effect("dress_pack").stiffness_N_per_m == 400.0
+    )
 
 
 def test_lost_motion_of_a_joint_that_came_from_one_side_alone_may_be_there():
@@ -542,8 +544,11 @@ def test_a_drafted_law_is_less_sure_than_a_known_one():
     base = base_fit(data)
     drafted, known = (fit_model(base.model, data, [kind(size_rad=1e-4)], noise=3e-5) for kind in (Guess, Known))
     np.testing.assert_allclose(drafted.covariance, known.covariance, rtol=1e-3)
-    assert known.undecided == 0.0
+    assert known.formula_uncertainty == 0.0
     per_axis = np.sqrt(2 * np.log(50) / (3 * len(data))) * 3e-5
-    assert drafted.undecided == pytest.approx(per_axis, rel=0.15)
+    assert drafted.formula_uncertainty == pytest.approx(per_axis, rel=0.15)
     told = [recorded_model(fit).fit["unexplained_mm"] for fit in (known, drafted)]
-    assert told[1] == pytest.approx(1e3 * np.hypot(1e-3 * told[0], drafted.undecided), rel=1e-3) and told[1] > told[0]
+    assert (
+        told[1] == pytest.approx(1e3 * np.hypot(1e-3 * told[0], drafted.formula_uncertainty), rel=1e-3)
+        and told[1] > told[0]
+    )

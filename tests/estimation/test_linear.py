@@ -44,7 +44,7 @@ def test_extending_equals_fitting_all_columns():
     more = np.random.default_rng(2).normal(size=(60, 3))
     both = np.hstack([A, more])
     x, *_ = np.linalg.lstsq(both, y, rcond=None)
-    np.testing.assert_allclose(linear.extended(more).rest, y - both @ x, atol=1e-10)
+    np.testing.assert_allclose(linear.extended(more).projected_residual, y - both @ x, atol=1e-10)
     assert linear.extended(A[:, :2]).nuisance.shape[1] == 7
 
 
@@ -54,7 +54,7 @@ def test_directions_that_repeat_others_do_not_count():
     doubled = np.hstack([columns, columns[:, :1] + columns[:, 1:], A[:, :1]])
     longer = linear.extended(doubled)
     assert longer.nuisance.shape[1] == 9
-    np.testing.assert_allclose(longer.rest, linear.extended(columns).rest, atol=1e-9)
+    np.testing.assert_allclose(longer.projected_residual, linear.extended(columns).projected_residual, atol=1e-9)
 
 
 def test_extending_a_penalised_problem_equals_solving_it_whole():
@@ -64,7 +64,7 @@ def test_extending_a_penalised_problem_equals_solving_it_whole():
     both, weights = np.hstack([A, more]), np.concatenate([w, np.zeros(3)])
     x = np.linalg.solve(both.T @ both + np.diag(weights**2), both.T @ y)
     longer = Linear(y, basis_of(A, w), np.arange(60)).extended(more)
-    np.testing.assert_allclose(longer.rest, y - both @ x, atol=1e-9)
+    np.testing.assert_allclose(longer.projected_residual, y - both @ x, atol=1e-9)
     left = y - both @ x
     np.testing.assert_allclose(longer.square, left @ left + np.sum((weights * x) ** 2), atol=1e-9)
 

@@ -61,7 +61,7 @@ def test_diagnose_and_plan_tell_apart_by_one_criterion():
     for pair in permutations((missing.key, other)):
         plan = plan_poses(base.model, data, 5, pair)
         assert "tells them apart already" not in plan_sentence(plan)
-        assert not plan.told_apart
+        assert not plan.resolved_orders
 
 
 def test_a_map_is_called_a_smooth_correction():

@@ -11,7 +11,7 @@ from scipy.optimize import minimize
 from postproc.diagnostics import PostprocError, Source
 from postproc.effects.registry import effect_library
 from postproc.estimation.least_squares import fit_model
-from postproc.estimation.posterior import _likeliest
+from postproc.estimation.posterior import Objective
 from postproc.estimation.priors import prior_of, with_earlier_fit
 from postproc.estimation.recorded import recorded_model
 from postproc.identification.add import add_effects, fit_effects
@@ -71,7 +71,7 @@ def test_the_likeliest_parameters_are_where_a_general_minimiser_finds_them():
 
     z = minimize(cost, np.where(log, np.log(median), median), method="Nelder-Mead", options=dict(
         xatol=1e-9, fatol=1e-12, maxiter=20000, maxfev=20000, adaptive=True)).x  # fmt: skip
-    found = _likeliest(gram, pull, start, median, spread, log)
+    found = Objective(gram, pull, start, median, spread, log).minimum()
     assert found == pytest.approx(np.where(log, np.exp(z), z), rel=1e-4)
 
 

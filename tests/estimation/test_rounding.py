@@ -55,7 +55,7 @@ def test_orientations_share_the_error_of_rounded_angles_with_their_positions():
     data = rounded(cell(seed=5160, noise=0.02, poses=40)[0])
     problem, noise, turning = base_fit(data).problem, 2e-5, 2.5e-5
     figures = Noise(noise, np.inf, turning, "user")
-    data = replace(data, rotation=problem.rest.T_base_tcp[:, :3, :3])
+    data = replace(data, rotation=problem.equilibrium.T_base_tcp[:, :3, :3])
     seen, _ = blurred(Problem(problem.model, data, make_weights(data, figures)), figures)
     g = np.random.default_rng(8)
     error = g.uniform(-0.5, 0.5, (4000, len(data), 6)) * np.radians(0.01)

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 import postproc
 from postproc.diagnostics import PostprocError
 from postproc.estimation.least_squares import fit_model
-from postproc.estimation.nominal import no_farther_than_nominal
+from postproc.estimation.recorded import no_farther_than_nominal
 from postproc.measure.measurements import Measurements
 from postproc.model.equilibrium import predict
 from tests.identification.cells import base_fit, cell
@@ -54,7 +54,7 @@ def true_error(model, path: Path, seed: int = 5) -> float:
 def test_there_is_no_number_of_wrong_rows_at_which_a_fit_falls_off(bad, tmp_path):
     wrong = table(tmp_path / "rows.csv", bad)
     fit = postproc.fit(postproc.read_measurements(tmp_path / "rows.csv", "irb4600_60_205"), "irb4600_60_205")
-    assert [row for _, row in fit.left_out] == (wrong + 1).tolist()
+    assert [row for _, row in fit.excluded_rows] == (wrong + 1).tolist()
     assert true_error(fit.model, tmp_path / "true.csv") < 0.5 * NOISE
 
 

@@ -35,7 +35,7 @@ def test_what_stood_in_for_a_missing_effect_does_not_stay():
     keys = ("instrument_frame", "tool_frame", "joint_offset", "link_geometry")
     base = fit_model(Model(arm), data, [library[key].null() for key in keys])
     fit = grown(base, library["servo_lag"])
-    null = [fit.model.effect(key).vector()[joint] == 0.0 for key, joint in fit.held]
+    null = [fit.model.effect(key).vector()[joint] == 0.0 for key, joint in fit.unidentifiable]
     assert len(null) > 10 and np.mean(null) > 0.9  # what stopped at its bound is held there
     fit = settled(fit)
     lag = fit.model.effect("servo_lag").vector()

@@ -50,17 +50,17 @@ def test_noise_and_missing_physics_are_told_apart_without_repeats(kind):
 def test_pure_noise_is_taken_for_noise():
     data, _ = cell(seed=101)
     fit = base_fit(single(data))
-    assert fit.leftover.noise > 0.98
-    assert fit.leftover.held_out == pytest.approx(fit.held_out_rms, rel=0.1)
+    assert fit.residual_split.noise_share > 0.98
+    assert fit.residual_split.held_out == pytest.approx(fit.held_out_rms, rel=0.1)
 
 
 def test_free_functions_come_near_the_noise_where_physics_is_missing():
     data, _ = cell(kinds.backlash, seed=211)
     fit = base_fit(data)
-    left = fit.leftover
+    left = fit.residual_split
     assert fit.rms > 2 * 3e-5
     assert left.held_out < 1.3 * 3e-5
-    assert left.noise * fit.variance * fit.noise.sigma**2 == pytest.approx(9e-10, rel=0.2)
+    assert left.noise_share * fit.variance * fit.noise.sigma**2 == pytest.approx(9e-10, rel=0.2)
 
 
 def test_repeats_tell_nothing_new_about_what_the_model_misses():
@@ -115,7 +115,7 @@ def test_what_was_held_is_not_known():
     for seed in range(6):
         few, others, *_ = with_still_wrist(7900 + seed)
         fit = base_fit(few)
-        assert {("joint_offset", 4), ("joint_offset", 5)} <= set(fit.held)
+        assert {("joint_offset", 4), ("joint_offset", 5)} <= set(fit.unidentifiable)
         model = recorded_model(fit)
         sigma.append(predict_sigma(model, others.state))
         off.append(predict(model, others.state)[:, :3, 3] - others.position)
@@ -133,7 +133,7 @@ def test_how_far_what_was_held_may_be_off_is_bayes_rule():
     keys = [*[("instrument_frame", i) for i in range(6)], *[("tool_frame", i) for i in range(3)]]
     keys += [("joint_offset", i) for i in range(6)] + [("joint_compliance", i) for i in range(6)]
     ordinary = {e.key: sizes(fit.problem, e) for e in fit.model.effects}
-    prior = np.array([1 / ordinary[key][i] ** 2 if (key, i) in fit.held else 0.0 for key, i in keys])
+    prior = np.array([1 / ordinary[key][i] ** 2 if (key, i) in fit.unidentifiable else 0.0 for key, i in keys])
     prior[15:] *= cell_.compliance**2  # its slopes are those of a share
     scale = np.linalg.norm(A, axis=0) / 2e-5 + np.sqrt(prior)
     inverse = np.linalg.inv((A.T @ A / 4e-10 + np.diag(prior)) / np.outer(scale, scale)) / np.outer(scale, scale)

@@ -127,8 +127,8 @@ def test_rows_that_only_stand_out_beside_an_effect_are_no_merit_of_it():
         Screen(base.problem, {"transmission_error": TransmissionError}), base.linear, "transmission_error"
     )
     after = refit(base, candidate)
-    assert not base.set_aside and len(after.set_aside) == 2
-    mistakes = after.problem.squares()[list(after.set_aside)].sum()
+    assert not base.excluded and len(after.excluded) == 2
+    mistakes = after.problem.squares()[list(after.excluded)].sum()
     found = judged(base, after, candidate)
     assert found.fall == pytest.approx(base.linear.square - after.linear.square - mistakes, rel=1e-3)
     assert mistakes > 0.05 * base.linear.square and abs(found.fall - candidate.fall) < 0.5 * mistakes

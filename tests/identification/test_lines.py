@@ -12,7 +12,7 @@ from postproc.effects.library.joints.transmission_error import TransmissionError
 from postproc.effects.registry import effect_library
 from postproc.estimation.least_squares import fit_model
 from postproc.identification.curves.families import curve_forms
-from postproc.identification.diagnose import _with_held_out, diagnose
+from postproc.identification.diagnose import _validated, diagnose
 from postproc.identification.screen.candidate import Candidate, Screen
 from postproc.identification.screen.composition import _sharpened, compose
 from postproc.identification.screen.forms import columns_of, forms_of
@@ -194,7 +194,7 @@ def test_a_map_is_called_by_the_orders_that_the_model_has():
     none = np.zeros(64, dtype=bool)
     found = Candidate("joint_error_map", screened, none, screened.label, 9.0, 9.0, 1, 0.0, 9.0, 1e-9)
     final = SimpleNamespace(model=SimpleNamespace(effect=lambda key: fitted), held_out_rms=2e-5)
-    (told,) = _with_held_out([found], final)
+    (told,) = _validated([found], final)
     assert told.label == "joints 1 and 2, orders to 40" and told.held_out_after == 2e-5
 
 

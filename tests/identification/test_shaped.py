@@ -127,7 +127,7 @@ def test_some_poses_are_fitted_as_a_penalty_asks_of_their_share(monkeypatch):
     some = (np.arange(len(data)) % step == 0)[problem.row]
     A = np.vstack([columns[some], np.diag(penalty / np.sqrt(step))])
     x = np.linalg.lstsq(A, np.concatenate([problem.residual[some], np.zeros(7)]), rcond=None)[0]
-    assert few.linear.rest == pytest.approx(problem.residual[some] - columns[some] @ x, abs=1e-9)
+    assert few.linear.projected_residual == pytest.approx(problem.residual[some] - columns[some] @ x, abs=1e-9)
 
 
 @pytest.mark.parametrize("start", [[0.3, -0.3, 0.0], [-0.2, 0.2, 0.5]])
@@ -136,7 +136,7 @@ def test_both_ends_of_a_hose_are_found_from_far_away(start):
     far = DressPack(slack_m=0.6, from_m=start, to_m=[-0.1, 0.1, 0.1])
     seen = subsampled(Screen(fit.problem, {}), fit.linear)
     found, square = optimise_nonlinear(seen, far, np.ones(8, dtype=bool))
-    left = seen.linear.rest - seen.linear.project(seen.answers([found]))[:, 0]
+    left = seen.linear.projected_residual - seen.linear.project(seen.answers([found]))[:, 0]
     assert square == pytest.approx(left @ left)
     assert seen.linear.square > 3 * len(left) and square < 1.2 * len(left)
 

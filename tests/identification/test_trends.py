@@ -23,7 +23,7 @@ def test_levels_of_a_grid_are_one_bin_each_and_rows_left_out_count_nowhere():
     position[7] += 0.01
     moved = replace(data, position=position, state=data.state.with_(temperature=20.0 + level + jitter))
     fit = base_fit(moved)
-    assert fit.set_aside == (7,)
+    assert fit.excluded == (7,)
     found = next(t for t in residual_trends(fit) if (t.channel, t.where) == ("temperature", "space"))
     assert np.allclose(found.centre, 20.0 + np.arange(5), atol=1e-3)
     error = 1e3 * np.delete(fit.problem.error[:, :3], 7, axis=0)

@@ -110,9 +110,9 @@ def test_bodies_and_sessions_are_named_as_elsewhere() -> None:
     moved = fit_model(base_fit(data).model, data, [LinkGeometry(), Session(session=("tue",))])
     assert "shift[session tue, x]" in [name for name, *_ in fitted_values(moved, "session")]
     shown = [name for name, *_ in fitted_values(moved, "link_geometry")]
-    held = parameters_text(moved, moved.held)
+    held = parameters_text(moved, moved.unidentifiable)
     assert "tool_frame turn[x y z]" in held
-    for key, i in moved.held:
+    for key, i in moved.unidentifiable:
         if key == "link_geometry":  # shift_m (7, 3), then turn_rad (7, 3)
             part, body, axis = ("shift", "turn")[i // 21], i % 21 // 3, "xyz"[i % 3]
             assert re.search(rf"link_geometry {part}\[[^\]]*body {body}, {axis}", held)

@@ -24,7 +24,7 @@ def test_loads_where_they_are_read_tell_the_same_slopes(monkeypatch, key, half):
     null = effect_library()[key].null()
     x = null.vector() + np.where(np.arange(len(null.vector())) % 2 == half, 0.5 * null.scale(), 0.0)
     model = base.model.with_effects(*base.model.effects, null.with_vector(np.clip(x, *null.bounds())))
-    rest = equilibrium(model, base.problem.rest.state)
+    rest = equilibrium(model, base.problem.equilibrium.state)
     effect, every = model.effects[-1], np.ones(len(x), dtype=bool)
     known = sensitivity(model, rest).by_parameter(effect, every)
     monkeypatch.setattr(module, "MANY_POSES", 1)

@@ -364,7 +364,7 @@ def test_a_tool_that_turns_is_seen_where_orientations_are_measured():
     """With a heavy payload the flange turns in its seat: its point moves a little, its axes turn."""
     data, _ = cell(kinds.elbow_wave, seed=314, noise=0.02, poses=60)
     assert "tool, shifted and turned" not in places(base_fit(data).problem)
-    turned = replace(data, rotation=base_fit(data).problem.rest.T_base_tcp[:, :3, :3])
+    turned = replace(data, rotation=base_fit(data).problem.equilibrium.T_base_tcp[:, :3, :3])
     fit = base_fit(turned)
     heavy, row = np.where(np.arange(len(data)) % 3 == 0, 1.0, 0.0), fit.problem.row
     moved = fit.problem.sensitivity.matrix[:, :, TOOL : TOOL + 6] @ [0, 3e-5, 0, 4e-4, 0, -3e-4]
@@ -380,7 +380,7 @@ def test_a_tool_that_turns_is_seen_where_orientations_are_measured():
 def test_a_tool_that_turns_follows_the_arm_as_well():
     """A changer with play turns by the side from which the last joint came."""
     data, _ = cell(kinds.elbow_wave, seed=314, noise=0.02, poses=60)
-    fit = base_fit(replace(data, rotation=base_fit(data).problem.rest.T_base_tcp[:, :3, :3]))
+    fit = base_fit(replace(data, rotation=base_fit(data).problem.equilibrium.T_base_tcp[:, :3, :3]))
     side, row = np.where(np.arange(len(data)) % 3 == 0, 1.0, -1.0), fit.problem.row
     moved = fit.problem.sensitivity.matrix[:, :, TOOL : TOOL + 6] @ [0, 3e-5, 0, 4e-4, 0, -3e-4]
     y = fit.problem.whiten((moved * side[:, None])[:, :, None])[:, 0] + np.random.default_rng(1).normal(size=len(row))

@@ -43,7 +43,7 @@ def test_a_pattern_takes_off_what_least_squares_with_its_columns_do(moves, numbe
 def test_every_place_is_counted_in_its_sort() -> None:
     """The odds of a pattern are one in all places where it makes sense."""
     data, _ = cell(seed=71, poses=40)
-    turned = replace(data, rotation=base_fit(data).problem.rest.T_base_tcp[:, :3, :3])
+    turned = replace(data, rotation=base_fit(data).problem.equilibrium.T_base_tcp[:, :3, :3])
     names = places(base_fit(turned).problem)
     count = Counter(map(sort_of_place, names))
     assert {None: len(names), **{kind: count[kind] for kind in ROOMS if kind is not None}} == ROOMS

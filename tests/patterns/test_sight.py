@@ -18,9 +18,9 @@ def cartesian(azimuth, elevation, distance):
 def sight():
     data, _ = cell(kinds.encoder, seed=311, noise=0.02, poses=40)
     problem = base_fit(data).problem
-    sight = Sight.of(problem.rest)
+    sight = Sight.of(problem.equilibrium)
     assert sight.point == pytest.approx(data.position - problem.error[:, :3], abs=1e-12)
-    return sight, problem.rest.state
+    return sight, problem.equilibrium.state
 
 
 @pytest.mark.parametrize("reading", WAYS)

@@ -176,7 +176,7 @@ def test_the_steps_of_an_addition_are_its_ladder() -> None:
         assert np.sqrt(np.mean(away**2)) == pytest.approx(1e3 * rung.fit.rms, rel=1e-3)
     last = steps["steps"][-1]["program"][0]
     i = [str(x) for x in found.fit.data.pose_id].index(last["name"])
-    state = found.fit.problem.rest.state.rows([i])
+    state = found.fit.problem.equilibrium.state.rows([i])
     moved = np.linalg.norm(np.subtract(last["written"], last["programmed"]))
     assert 0.05 < moved < 10  # the joint offsets and the deflection of this arm, without the tool that nobody named
     assert len(state) == 1

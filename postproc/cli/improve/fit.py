@@ -52,8 +52,7 @@ def run(
     """
     import numpy as np
 
-    from postproc.estimation.nominal import no_farther_than_nominal
-    from postproc.estimation.recorded import recorded_model
+    from postproc.estimation.recorded import no_farther_than_nominal, recorded_model
     from postproc.identification.add import fit_effects
     from postproc.model.arm import Model
     from postproc.results.fit import fit_document

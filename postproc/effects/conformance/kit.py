@@ -1,173 +1,247 @@
-"""The public kit that every effect goes through: ``check_effect(cls)`` and ``postproc effects check FILE.py``.
+"""The kit that every effect goes through: ``check_effect(cls)`` and ``postproc effects check FILE.py``.
 
-An effect is tried on the arm and the states of `example_state`, with only the channels that it declares.
+What a class declares: its equation (a docstring) and its units, with bounds and typical sizes. What it gives on the arm
+and the states of `example_state`, with only the channels that it declares: nothing at its null value, derivatives that
+agree with what it gives, and an arm that every parameter moves.
 """
 
 from __future__ import annotations
 
-import pickle
+import inspect
+import re
+import warnings
 from collections.abc import Iterator
 from dataclasses import fields, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from postproc.arrays import GRAVITY
-from postproc.diagnostics import Diagnostic, has_errors
-from postproc.effects.base import Effect, State, Variant, variant
-from postproc.effects.conformance.declaration import columns_read, declaration
-from postproc.effects.conformance.failures import EffectFailure, raised
-from postproc.effects.conformance.trial import contribution, displaced, locked, sensitivity
+from postproc.arrays import GRAVITY, Array
+from postproc.channels.state import COLUMNS
+from postproc.diagnostics import Diagnostic, PostprocError, did_you_mean, has_errors
+from postproc.effects.asking import displacement_of, load_of
+from postproc.effects.base import FILLED_BY_MODEL, Displacement, Effect, Load, State, Variant
+from postproc.effects.conformance.table import COLUMN_CHANNELS, columns_read, raised, report
 from postproc.effects.example import example_arm, example_state
-from postproc.effects.findings import describe, finding
+from postproc.effects.parameters import Parameter, unit_suffix
 
 TRIAL_ROWS = 240
 MOST_VARIANTS = 12
 LARGEST_MOVE = 0.02
 """Move [m] and turn [rad] that no single cause makes at its ordinary size: an arm as delivered is within 10 mm."""
+STATE_COLUMNS = {
+    column
+    for key, columns in COLUMNS.items()
+    if key != "external_axes"
+    for name in columns
+    for column in (name.lower(), name.split("_")[0])
+}
+KNOWN_READS = STATE_COLUMNS.union(COLUMN_CHANNELS, FILLED_BY_MODEL, ("channels", "state", "joint_load", "body_load"))
+"""Columns of a table, and their beginnings (`q1`), that a state holds under other names alone."""
+SI = ("rad", "m", "kg", "s", "K", "N", "J", "W", "Pa", "Hz", "V", "A")
+SI_OF = {
+    **dict.fromkeys(("deg", "°", "mrad", "urad", "arcmin", "arcsec"), "rad"),
+    **dict.fromkeys(("mm", "cm", "um", "µm", "in", "inch"), "m"),
+    **dict.fromkeys(("min", "h", "ms", "d"), "s"),
+    **dict.fromkeys(("C", "degC", "°C"), "K"),
+    **dict.fromkeys(("g", "t", "lb"), "kg"),
+    "kN": "N",
+    "Nm": "N m",
+    "%": "1",
+}
+"""What is commonly written in place of a part of the SI, or of two without the blank between them."""
 
 
 def check_effect(cls: type[Effect]) -> list[Diagnostic]:
     """Check an effect class; an empty list means that every command can use it."""
-    found = list(declaration(cls))
-    if has_errors(found):
-        return found
+    findings = list(_declaration(cls))
+    if has_errors(findings):
+        return findings
     state = _declared_channels(cls, example_state(TRIAL_ROWS))
-    for check in (_shapes, _null, _rows, _repeats, _derivative, _pickles, _identifiable, _sizes, _columns):
+    try:
+        for check in (_null, _derivative, _sample, _sizes):
+            findings += check(cls, state)
+            if has_errors(findings):
+                break  # Later checks would only repeat the first failure.
+    except PostprocError as error:
+        findings += error.diagnostics
+    except (Exception, SystemExit) as error:
+        findings.append(raised(cls, error))
+    return findings
+
+
+def contribution(effect: Effect, state: State) -> Array:
+    """Return all outputs (n, 108): displacement of joints, bodies, tool, instrument; load on joints, bodies.
+
+    Raises:
+        PostprocError: EFF003 for a wrong shape, EFF005 or EFF010 for an exception in the effect.
+    """
+    cls, blocks = type(effect), []
+    for member, evaluate in (("displacement", displacement_of), ("load", load_of)):
         try:
-            found += check(cls, state)
-        except EffectFailure as failure:
-            found.append(failure.diagnostic)
+            with np.errstate(all="ignore"), warnings.catch_warnings():  # What is not finite is found in the result.
+                warnings.simplefilter("error", np.exceptions.ComplexWarning)
+                result = evaluate(effect, state)
         except (Exception, SystemExit) as error:
-            found.append(raised(cls, error))
-        if has_errors(found):
-            break  # Later checks would only repeat the first failure.
-    return found
+            raise PostprocError([raised(cls, error, member)]) from error
+        if not isinstance(result, Displacement | Load):
+            raise PostprocError([report("type", cls, member=member, kind=type(result).__name__)])
+        if unknown := [body for body in result.body if body not in range(7)]:
+            raise PostprocError([report("body", cls, member=member, body=repr(unknown[0]))])
+        ends = (result.tool, result.instrument) if isinstance(result, Displacement) else ()
+        parts = (result.joint, *(result.body.get(body) for body in range(7)), *ends)
+        blocks += [_block(cls, member, len(state), part) for part in parts]
+    return np.concatenate(blocks, axis=1)
+
+
+def sensitivity(effect: Effect, state: State, freed: NDArray[np.int_]) -> Array:
+    """Return (rows, k) the change of all outputs at all states per typical size of each of k parameters.
+
+    Where the effect has a `joint_basis` a row is a state, and a column the angle of the joint that its parameter moves.
+
+    Args:
+        freed: (k,) indices of the parameters in the effect's vector.
+    """
+    exact = effect.joint_basis(state)
+    if exact is not None:
+        return np.asarray(exact.values[:, freed] * effect.scale()[freed])
+    x, step = effect.vector(), 1e-4 * np.diag(effect.scale())
+    ends = ([contribution(effect.with_vector(x + sign * step[i]), state) for sign in (1, -1)] for i in freed)
+    return np.stack([(up - down).ravel() for up, down in ends], axis=1) / 2e-4
+
+
+def _declaration(cls: type[Effect]) -> Iterator[Diagnostic]:
+    """Yield what is wrong with the docstring, the names, the units, the channels and the methods of an effect class."""
+    declared = inspect.get_annotations(cls)
+    if taken := [name for name in declared if hasattr(Effect, name) or name in Effect.__annotations__]:
+        yield from (report("name taken", cls, member=name, name=name) for name in taken)
+        return
+    if not cls.title:
+        yield report("docstring", cls)
+    for name, meta in cls.parameters().items():
+        yield from _unit(cls, name, meta.unit)
+        if what := _bounds(meta):
+            yield report(what, cls, member=name, name=name)
+    known = ", ".join((*COLUMNS, *FILLED_BY_MODEL))
+    yield from (report("reads", cls, name=n, known=known) for n in columns_read(cls) if n.lower() in KNOWN_READS)
+    if not cls.parameters():
+        yield report("no parameters", cls)
+    if cls.displacement is Effect.displacement and cls.load is Effect.load and cls.joint_basis is Effect.joint_basis:
+        members = (name for name, value in vars(cls).items() if inspect.isfunction(value))
+        meant = (f"`{n}`: {d}" for n in members if (d := did_you_mean(n, ("displacement", "load"))))
+        yield report("no method", cls, hint=next(meant, "write one of the two"))
+
+
+def _unit(cls: type[Effect], name: str, unit: str) -> Iterator[Diagnostic]:
+    """Yield EFF002 for a parameter without a unit of the SI, EFF017 where its name does not end in it."""
+    # Per what a column of the user's own counts, any word may stand.
+    checked = unit.partition("/")[0] if columns_read(cls) else unit
+    foreign = [part for part in re.split(r"[\s()*/^\d.-]+", checked) if part and part not in SI]
+    if not unit:
+        yield report("no unit", cls, member=name, name=name)
+    elif foreign:
+        part = foreign[0]
+        hint = f"write `{SI_OF[part]}` in place of `{part}`; " if part in SI_OF else ""
+        yield report("foreign unit", cls, member=name, name=name, unit=unit, hint=hint, si=", ".join(SI))
+    elif not name.endswith(unit_suffix(unit)):
+        yield report("no unit in name", cls, member=name, name=name, unit=unit, suffix=unit_suffix(unit))
+
+
+def _bounds(meta: Parameter) -> str:
+    """Return which row of the table the bounds, null value and typical size of a parameter deserve; empty for none."""
+    try:
+        low, high, null, typical = (0.0 + np.asarray(x) for x in (meta.low, meta.high, meta.null, meta.typical))
+    except (TypeError, ValueError):
+        return "no numbers"
+    if np.any(low > null) or np.any(null > high) or not np.all(typical > 0.0):
+        return "bounds"
+    beyond = meta.amplitude and np.any(typical > np.maximum(high - null, null - low))
+    return "typical" if beyond else ""
 
 
 def _declared_channels(cls: type[Effect], state: State) -> State:
     """Return the state with only q and what the effect reads, all arrays read-only."""
     along = np.arccos(np.linspace(-1.0, 1.0, TRIAL_ROWS))
-    extra = {name: np.cos((k + 1) * along) for k, name in enumerate(columns_read(cls))}
-    keep = {
+    columns = {name: np.cos((k + 1) * along) for k, name in enumerate(columns_read(cls))}
+    columns |= {n: x for n, x in state.channels.items() if n in cls.reads}
+    fields_of = {
         "payload": ("payload_mass", "payload_center"),
         "load": ("joint_load", "body_load"),
         "pose": ("T_base_body",),
         "external_axes": ("external_axes", "work", "station"),
     }
-    wanted = {"q", "T_flange_tcp", "gravity", "channels", *(f for n in cls.reads for f in keep.get(n, (n,)))}
+    wanted = {"q", "T_flange_tcp", "gravity", "channels", *(f for n in cls.reads for f in fields_of.get(n, (n,)))}
     if {"load", "pose", "robot"} & set(cls.reads):
         wanted |= {"robot", "T_base_body"}
     dropped = {f.name: None for f in fields(state) if f.name not in wanted}
-    known = {n: x for n, x in state.channels.items() if n in cls.reads}
-    return locked(replace(state, channels={**known, **extra}, **dropped))  # type: ignore[arg-type]
-
-
-def _shapes(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
-    """Evaluate all forms, EffectFailure for wrong shapes; yield EFF003 where `displacement` returns nothing."""
-    contribution(_sized(cls.null()), state)
-    for form in _forms(cls, state):
-        contribution(_sized(form.effect), state)
-    if cls.load is Effect.load and _sized(cls.null()).displacement(state) is None:
-        text, help = f"`displacement` of `{cls.key}` gives nothing", "is `return dq` missing at its end?"
-        yield finding("EFF003", text, cls, member="displacement", help=help)
+    return _locked(replace(state, channels=columns, **dropped))  # type: ignore[arg-type]
 
 
 def _null(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
-    """Yield EFF004 where the effect does something at its null parameters."""
-    for effect in [cls.null(), *(f.effect.with_vector(f.effect.null_vector()) for f in _forms(cls, state))]:
-        largest = float(np.abs(contribution(effect, state)).max(initial=0.0))
-        if largest > 0.0:
-            message = f"`{cls.key}` does not vanish at its null parameters: {largest:.3g} is left"
-            member = "displacement" if np.any(displaced(effect, state)) else "load"
-            help = "every term must be multiplied by an amplitude whose null value is 0"
-            yield finding("EFF004", message, cls, member=member, help=help)
+    """Yield EFF003 where `displacement` returns nothing, EFF004 where the effect does something at its null value."""
+    forms = [cls.null(), *(form.effect for form in _forms(cls, state))]
+    for effect in forms:
+        contribution(_sized(effect), state)  # raises what is wrong with shapes
+    if cls.load is Effect.load and _sized(cls.null()).displacement(state) is None:
+        yield report("nothing", cls, member="displacement")
+        return
+    for effect in forms:
+        remaining = np.abs(contribution(effect.with_vector(effect.null_vector()), state))
+        if np.any(remaining):
+            member = "displacement" if np.any(remaining[:, :60]) else "load"
+            yield report("not null", cls, member=member, largest=float(remaining.max()))
             return
-
-
-def _rows(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
-    """Yield EFF009 where the result for a state depends on the other states."""
-    effect, some = _sized(cls.null()), np.array([7, 3, 100])
-    whole, part = contribution(effect, state)[some], contribution(effect, locked(state.rows(some)))
-    if not np.allclose(whole, part, rtol=1e-9, atol=1e-15):
-        help = "compute each row from its own channels: no means, sorting or differences between rows"
-        yield finding(
-            "EFF009", f"a row of `{cls.key}` depends on the other rows", cls, member="displacement", help=help
-        )
-
-
-def _repeats(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
-    """Yield EFF011 where a second evaluation at the same states gives another result."""
-    effect = _sized(cls.null())
-    if not np.array_equal(contribution(effect, state), contribution(effect, state)):
-        yield finding("EFF011", f"`{cls.key}` gives another answer the second time", cls, help="remove random numbers")
 
 
 def _derivative(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
-    """Yield EFF012 where `basis` and `displacement` disagree, or an effect declared linear is not."""
-    few = locked(state.rows(np.arange(40)))
+    """Yield EFF012 where `joint_basis` and `displacement` disagree, or an effect declared linear is not."""
+    few = _locked(state.rows(np.arange(40)))
     effect = _sized(cls.null())
-    columns, step = effect.joint_basis(few), effect.scale()
+    columns = effect.joint_basis(few)
     if columns is not None:
-        exact = np.zeros((len(few), 6, len(step)))
-        exact[:, columns.joint, np.arange(len(step))] = columns.values
-        if not np.allclose(displaced(effect, few)[:, :6], exact @ effect.vector(), atol=1e-12):
-            yield finding("EFF012", f"`basis` and `displacement` of `{cls.key}` disagree", cls, member="basis")
+        exact = np.zeros((len(few), 6, len(effect.scale())))
+        exact[:, columns.joint, np.arange(len(effect.scale()))] = columns.values
+        if not np.allclose(contribution(effect, few)[:, :6], exact @ effect.vector(), atol=1e-12):
+            yield report("basis", cls, member="joint_basis")
             return
     if cls.linear:
         # Halved, not doubled: an ordinary size may lie at a bound.
-        none, full = effect.null_vector(), effect.vector()
-        base, half, whole = (contribution(effect.with_vector(x), few) for x in (none, (none + full) / 2, full))
-        largest = np.abs(whole).max(initial=0.0)
-        if not np.allclose(whole - base, 2 * (half - base), rtol=1e-6, atol=1e-6 * largest):
-            help = "declare it: class Name(Effect, linear=False), or mark forming parameters with amplitude=False"
-            yield finding("EFF012", f"`{cls.key}` says it is linear in its amplitudes and is not", cls, help=help)
+        null, ordinary = effect.null_vector(), effect.vector()
+        base, half, full = (contribution(effect.with_vector(x), few) for x in (null, (null + ordinary) / 2, ordinary))
+        if not np.allclose(full - base, 2 * (half - base), rtol=1e-6, atol=1e-6 * np.abs(full).max(initial=0.0)):
+            yield report("not linear", cls)
 
 
-def _pickles(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
-    """Yield EFF013 where the effect changes when it is pickled or stored in a model file and read again."""
-    effect = _sized(cls.null())
-    try:
-        again = pickle.loads(pickle.dumps(effect))
-    except Exception as error:
-        help = "define the class at the top level of its file"
-        yield finding("EFF013", f"`{cls.key}` cannot be sent to another process: {describe(error)}", cls, help=help)
+def _sample(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
+    """Yield EFF009 where a row depends on others, EFF014 where a parameter changes nothing or repeats others."""
+    effect, rows = _sized(cls.null()), np.array([7, 3, 100])
+    alone = contribution(effect, _locked(state.rows(rows)))
+    if not np.allclose(contribution(effect, state)[rows], alone, rtol=1e-9, atol=1e-15):
+        yield report("rows", cls, member="displacement")
         return
-    if again.to_file() != effect.to_file() or cls.from_file(effect.to_file()).to_file() != effect.to_file():
-        yield finding("EFF013", f"`{cls.key}` changes when it is stored and read again", cls)
-
-
-def _identifiable(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
-    """Yield EFF014 where a parameter changes nothing, or parameters are linearly dependent on varied poses."""
     for form in _forms(cls, state):
-        effect = _sized(form.effect)
-        freed = np.flatnonzero(form.refit)
+        effect, freed = _sized(form.effect), np.flatnonzero(form.refit)
         columns = sensitivity(effect, state, freed)
         size = np.linalg.norm(columns, axis=0)
-        names = np.array(effect.names())[freed]
         if np.any(size == 0.0):
-            dead = ", ".join(f"`{n}`" for n in names[size == 0.0][:4])
-            help = "remove the parameter, or check the channel, the index and the limit (rad, m) that it acts on"
+            names = ", ".join(f"`{n}`" for n in np.array(effect.names())[freed][size == 0.0][:4])
             # A threshold has no slope; the kit knows no levels of a payload, nor of a channel of the user's own.
             levels = bool(columns_read(cls)) or "payload" in cls.reads
             excused = not np.any(effect.amplitudes()[freed][size == 0.0]) or levels
-            message = f"{dead} of `{cls.key}` changes nothing on a rich set of poses"
-            yield finding("EFF014", message, cls, help=help, warn=excused)
+            yield report("no change", cls, names=names, warn=excused)
             if not excused:
                 return
         columns, size = columns[:, size > 0.0], size[size > 0.0]
-        if columns.shape[1] == 0:
-            continue
-        if effect.roughness() is not None:
-            continue  # A penalty, not the data, decides between columns that nearly repeat each other.
+        if columns.shape[1] == 0 or effect.roughness() is not None:
+            continue  # A penalty, not the data, decides between columns of a free function that nearly repeat others.
         singular = np.linalg.svd(columns / size, compute_uv=False)
         if singular[-1] < 1e-8 * singular[0]:
-            message = f"the {len(freed)} parameters of `{cls.key}` ({form.label or 'all'}) repeat each other"
-            yield finding("EFF014", message, cls, help="leave out what the others can express")
+            yield report("repeated", cls, count=len(freed), form=form.label or "all")
             return
 
 
 def _sizes(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
-    """Warn (EFF018) where the effect moves over 20 mm or 20 mrad, or loads more than the arm's weight at full reach.
+    """Yield EFF018 where an effect moves over 20 mm or 20 mrad, or loads more than the arm's weight at full reach.
 
     Such sizes come from mm in place of m, or N mm in place of N m.
     """
@@ -184,25 +258,28 @@ def _sizes(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
             ("load", "turns with {:.3g} N m", max(size[10].max(), size[11:, 3:].max()), weight * reach),
         ):
             if largest > most:
-                message = f"at its ordinary size `{cls.key}` {does.format(largest)}; no single cause does so much"
-                help = "give results in rad, m, N and N m; if they are, say a smaller `typical` of its parameters"
-                yield finding("EFF018", message, cls, member=member, help=help, warn=True)
+                yield report("size", cls, member=member, does=does.format(largest))
                 return
 
 
-def _columns(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
-    """Warn (EFF016) of columns that are declared but not used, as data without them would switch the effect off."""
-    effects = [_sized(form.effect) for form in (variant(cls.null()), *_forms(cls, state))]
-    for name in columns_read(cls):
-        without = replace(state, channels={n: x for n, x in state.channels.items() if n != name})
-        try:
-            for effect in effects:
-                effect.displacement(without)
-                effect.load(without)
-        except Exception:
-            continue  # it is used, and missed
-        message, help = f"`{cls.key}` reads the column `{name}` and does not use it", "leave it out of `reads`"
-        yield finding("EFF016", message, cls, help=f"{help}, or correct its spelling", warn=True)
+def _block(cls: type[Effect], member: str, n: int, part: Array | None) -> Array:
+    """Return one part of a result as (n, 6), zero for None; EFF003 for other shapes or values that are not finite."""
+    if part is None:
+        return np.zeros((n, 6))
+    array = np.asarray(part)
+    if array.shape not in ((n, 6), (6,)):
+        raise PostprocError([report("shape", cls, member=member, shape=array.shape, n=n)])
+    if array.dtype.kind not in "fi" or not np.all(np.isfinite(array)):
+        raise PostprocError([report("not finite", cls, member=member)])
+    return np.broadcast_to(array.astype(float), (n, 6))
+
+
+def _locked(state: State) -> State:
+    """Make all arrays of a state read-only, and return it."""
+    for value in [*(getattr(state, f.name) for f in fields(state)), *state.channels.values()]:
+        if isinstance(value, np.ndarray):
+            value.setflags(write=False)
+    return state
 
 
 def _forms(cls: type[Effect], state: State) -> tuple[Variant, ...]:

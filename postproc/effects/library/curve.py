@@ -17,39 +17,14 @@ from postproc.channels.tool import leaning, overturning_moment
 from postproc.channels.units import unit_of
 from postproc.diagnostics import did_you_mean
 from postproc.effects.base import Displacement, JointBasis, Load, param, structure
-from postproc.effects.bases import BASES, GATES, law_of, split_name, symbols
+from postproc.effects.bases import BASES, GATES, TIMES, law_of, split_name, symbols
 from postproc.effects.files import FieldProblem
 from postproc.effects.geometry import weight
+from postproc.effects.places import LEANS, LOADED, PLACES
 from postproc.effects.roles import Role
 from postproc.effects.sums import SumOfTerms
 
 WORDS = {"shift_m": "shift", "turn_rad": "turn", "share": "scale", "mass_kg": "mass", "moment_kgm": "first moment"}
-TIMES = " * "
-"""Between the channels of a product, and between their functions."""
-SHIFT, TURN = (("shift_m", 3),), (("turn_rad", 3),)
-WEIGHT = (("mass_kg", 1), ("moment_kgm", 3))
-PLACES: Mapping[str, tuple[tuple[str, int], ...]] = {
-    **{f"joint {j}": (("turn_rad", 1),) for j in range(1, 7)},
-    "base": TURN,
-    "base, shifted and turned": SHIFT + TURN,
-    "base, as it leans": (("turn_rad", 1), ("shift_m", 1)),
-    **{f"body {b}": TURN for b in range(1, 6)},
-    **{f"body {b}, shifted": SHIFT for b in range(1, 6)},
-    "tool": SHIFT,
-    "tool, shifted and turned": SHIFT + TURN,
-    "instrument": SHIFT,
-    "instrument, turned": TURN,
-    "instrument, shifted and turned": SHIFT + TURN,
-    **{f"instrument, {reading}": (("turn_rad", 1),) for reading in ("azimuth", "elevation")},
-    "instrument, distance": (("shift_m", 1),),
-    "instrument, scale": (("share", 1),),
-    "body 2, under a weight": WEIGHT,
-    "body 3, under a weight": WEIGHT,
-    "tool, under a weight": WEIGHT,
-}
-"""Places, and the amplitudes that a term there has: how many of each parameter, in the order of a place's axes."""
-LOADED = {"body 2, under a weight": 2, "body 3, under a weight": 3, "tool, under a weight": 6}
-"""Places that carry a weight, and the body that it rides on."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +56,16 @@ class _ReadsByTerm:
         return ("q",) if curve is None else curve.channels_read
 
 
-class ChannelCurve(SumOfTerms, unlikely=float("inf"), role=Role.CURVE, key="curve"):
+class ChannelCurve(
+    SumOfTerms,
+    key="curve",
+    role=Role.CURVE,
+    unlikely=float("inf"),
+    confused_with={
+        "joint_error_map": "a fine sweep of one joint: a curve has one shape over its angle, a map any",
+        "frame_drift": "reference poses at the start and the end of each session",
+    },
+):
     """A place moves with a function of one or two channels that no effect of the library explains.
 
     Equation: xi = sum_k c_k f_k / s_k, with f_k a product of functions of channels (`effects.bases`), s_k the value of
@@ -146,7 +130,7 @@ class ChannelCurve(SumOfTerms, unlikely=float("inf"), role=Role.CURVE, key="curv
         channels = [c for t in self.terms for c, *_ in t.factors]
         read = dict.fromkeys(name for c in channels for name in (*c.ordered, *c.reads))
         for t in self.terms:
-            read |= dict.fromkeys(("load", "pose", "robot")) if t.place == "base, as it leans" else {}
+            read |= dict.fromkeys(("load", "pose", "robot")) if t.place == LEANS else {}
             read |= dict.fromkeys(("pose", "robot")) if t.place in LOADED or t.place[12:] in READINGS else {}
         return tuple(read) or ("q",)
 
@@ -170,7 +154,7 @@ class ChannelCurve(SumOfTerms, unlikely=float("inf"), role=Role.CURVE, key="curv
             elif how in READINGS:
                 moved = moved_by_reading(seen_point(state, self.site), how)
                 add(part, slice(3), (f * next(iter(amplitude.values()))[0])[:, None] * moved)
-            elif how == "as it leans":
+            elif t.place == LEANS:
                 turn, shift = np.moveaxis(leaning(_moment(state)), 2, 0)
                 add(part, slice(3, 6), (f * amplitude["turn_rad"][0])[:, None] * turn)
                 add(part, slice(3), (f * amplitude["shift_m"][0])[:, None] * shift)

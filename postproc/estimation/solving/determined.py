@@ -33,7 +33,7 @@ def slope(
     """
     kept: list[Array] = []
     parameters: list[Name] = []
-    held: list[Name] = []
+    unidentifiable: list[Name] = []
     basis = np.zeros((len(problem.residual), 0))
     for effect in problem.model.effects:
         mask = np.array(masks[effect.key], dtype=bool)
@@ -54,11 +54,11 @@ def slope(
                     good[some], basis = _determined(columns[:, some], far[some], basis)
         kept.append(columns if good.all() else columns[:, good])
         parameters += [(effect.key, int(i)) for i in index[good]]
-        held += [(effect.key, int(i)) for i in index[~good]]
-    whole = kept[0] if len(kept) == 1 else np.hstack(kept) if kept else basis
+        unidentifiable += [(effect.key, int(i)) for i in index[~good]]
+    stacked = kept[0] if len(kept) == 1 else np.hstack(kept) if kept else basis
     penalty = _penalty(problem, parameters, strength)
     anchor = np.hypot(penalty, _weak(problem, parameters))
-    return Slope(whole, tuple(parameters), tuple(held), penalty, anchor, problem.weights)
+    return Slope(stacked, tuple(parameters), tuple(unidentifiable), penalty, anchor, problem.weights)
 
 
 def _determined(columns: Array, ordinary: Array, basis: Array) -> tuple[NDArray[np.bool_], Array]:

@@ -10,7 +10,7 @@ from postproc.estimation.problem import Problem, Weights
 from postproc.measure.checks.repeats import Noise
 from postproc.measure.measurements import Measurements
 
-WHOLE, FEWEST = 0.97, 3
+ALIGNED, FEWEST = 0.97, 3
 """Cosine that each of so many poses must reach: errors without a reason do so for one of six joints once in 6000."""
 
 
@@ -20,12 +20,12 @@ def reweighted(problem: Problem, base: Weights, figures: Noise, robust: bool) ->
     Args:
         base: weights by the noise alone; figures: that noise; robust: whether all rows get Huber weights.
     """
-    aside = far_off(problem, base)
+    excluded = far_off(problem, base)
     values = _balanced(base, problem.data, problem.error, figures)
     if robust:
         values = values * _huber(problem, values)[:, None]
-    values[list(aside)] = 0.0
-    return Weights(values, base.turn), aside
+    values[list(excluded)] = 0.0
+    return Weights(values, base.turn), excluded
 
 
 def far_off(problem: Problem, weights: Weights) -> tuple[int, ...]:
@@ -54,7 +54,7 @@ def _turned(problem: Problem, rows: NDArray[np.int_]) -> bool:
     off, turned = problem.error[rows, :3], problem.some(rows).sensitivity.matrix[:, :3, :6]
     size = np.linalg.norm(off, axis=1)[:, None] * np.linalg.norm(turned, axis=1)
     cosine = np.abs(np.einsum("kx,kxj->kj", off, turned)) / np.maximum(size, 1e-300)
-    return bool((cosine.min(axis=0) > WHOLE).any())
+    return bool((cosine.min(axis=0) > ALIGNED).any())
 
 
 def _balanced(weights: Weights, data: Measurements, every: Array, figures: Noise) -> Array:
@@ -81,8 +81,8 @@ def _balanced(weights: Weights, data: Measurements, every: Array, figures: Noise
         seen = used.any(axis=1)
         with_it = _surprise(error * share) - np.mean(np.log(share[seen])) < _surprise(error)
         form = share if with_it else np.ones_like(share)
-        own = robust_rms(error * form)
-        level = (reference or 1.0) / own if known is None and own > 0 else values[:, kind.columns]
+        scatter = robust_rms(error * form)
+        level = (reference or 1.0) / scatter if known is None and scatter > 0 else values[:, kind.columns]
         values[:, kind.columns] = used * level * form
     return values
 

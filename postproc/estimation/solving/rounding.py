@@ -1,8 +1,10 @@
-"""Joint angles that are rounded in the table: an error of every pose, or where the arm was told to stand."""
+"""Joint angles that are rounded in the table: an error of every pose, or the commanded angles themselves."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +13,9 @@ from postproc.arrays import Array
 from postproc.estimation.fitted import Fit
 from postproc.estimation.problem import Problem, Weights
 from postproc.measure.checks.repeats import Noise
+from postproc.measure.measurements import Measurements
+
+Result = TypeVar("Result")
 
 SILENT_SHARE = 0.01
 """Share of the noise's variance below which rounding does not matter."""
@@ -22,33 +27,33 @@ half of the 99 % point of the chi-bar-square distribution of six variances at th
 def blurred(problem: Problem, noise: Noise) -> tuple[Problem, Noise]:
     """Return problem and noise with the error that rounded joint angles add, of covariance J J^T step^2 / 12 per pose.
 
-    All repeats of a pose have this error in common. So have its position and orientation, where repeats tell the noise
+    All repeats of a pose have this error in common. So have its position and orientation, where repeats show the noise
     of orientations (weights by their own residual include the rounding already). Each of m repeats gets m times this
-    covariance, so that the m together tell as much as their mean does. Both come back unchanged where angles are not
+    covariance, so that the m together say as much as their mean does. Both come back unchanged where angles are not
     rounded or the error is far below the noise.
     """
     if not problem.data.step or problem.data.rounded is False:
         return problem, noise
     size = 3 if problem.data.rotation is None or noise.rotation is None else 6
     J = problem.sensitivity.matrix[:, :size, :6]
-    own = J @ np.swapaxes(J, 1, 2) * problem.data.step**2 / 12
+    covariance = J @ np.swapaxes(J, 1, 2) * problem.data.step**2 / 12
     values = problem.weights.values[:, :size, None]
-    common = values * own * np.swapaxes(values, 1, 2)
+    common = values * covariance * np.swapaxes(values, 1, 2)
     if float(np.mean(np.trace(common, axis1=1, axis2=2))) <= SILENT_SHARE * size:
         return problem, noise
     each = np.bincount(problem.data.repeats)[problem.data.repeats]
     turn = np.linalg.inv(np.linalg.cholesky(np.eye(size) + common * each[:, None, None]))
     measured = problem.weights.used[:, :3]
-    added = float(np.mean(np.diagonal(own[:, :3, :3], axis1=1, axis2=2)[measured])) if measured.any() else 0.0
+    added = float(np.mean(np.diagonal(covariance[:, :3, :3], axis1=1, axis2=2)[measured])) if measured.any() else 0.0
     if noise.sigma is not None:
         noise = replace(noise, sigma=float(np.hypot(noise.sigma, np.sqrt(added))), rounding=float(np.sqrt(added)))
     return problem.weighted(Weights(problem.weights.values, turn)), noise
 
 
 def rounded(fit: Fit) -> bool:
-    """Return whether the table's angles were rounded after the measurement, so that the arm stood beside them.
+    """Return whether the table's angles were rounded after the measurement, so that the arm stood at other angles.
 
-    Otherwise the arm was told to stand at the rounded angles. The mean e of the m repeats of a pose has the covariance
+    Otherwise the rounded angles were commanded. The mean e of the m repeats of a pose has the covariance
     C = (s^2 / m + u^2) I + sum_j t_j^2 J_j J_j^T: of the noise s, and of what the model misses, anywhere (u) and at
     each joint (t_j), each as likely as it can be. Rounding is a lower bound on the scatter of every joint, t_j^2 >=
     step^2 / 12. It is assumed unless the likelihood contradicts it by `DENIED`.
@@ -76,12 +81,25 @@ def rounded(fit: Fit) -> bool:
     return likely[0] - likely[1] < DENIED
 
 
-def misjudged(fit: Fit) -> bool:
-    """Return whether a fit assumed rounded angles (``data.rounded``) and its residual denies them, or the reverse.
+def with_judged_rounding(
+    estimate: Callable[[Measurements], Result], data: Measurements, fit_of: Callable[[Result], Fit]
+) -> Result:
+    """Return the result of an estimation whose final fit agrees with what it assumes of rounded joint angles.
 
-    An effect that the model lacked looked like rounded angles, or hid them.
+    The estimation runs once, and a second time with the other assumption where the residual of its final fit denies the
+    one that its first fit made (``data.rounded``): an effect that the model lacked looked like rounded angles, or hid
+    them.
+
+    Args:
+        estimate: returns the result for measurements; it decides whether angles are rounded where ``data.rounded`` is
+            None.
+        fit_of: returns the final fit of a result.
     """
-    return fit.data.rounded is not None and fit.data.rounded != rounded(fit)
+    result = estimate(data)
+    fit = fit_of(result)
+    if fit.data.rounded is None or fit.data.rounded == rounded(fit):
+        return result
+    return estimate(replace(data, rounded=not fit.data.rounded))
 
 
 def _likelihood(error: Array, noise: Array, turns: Array, measured: NDArray[np.bool_], least: float) -> float:

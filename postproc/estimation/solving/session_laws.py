@@ -24,7 +24,7 @@ def session_laws(model: Model, data: Measurements) -> list[Diagnostic]:
     Raises:
         PostprocError: DAT034 where such an effect would be applied, unless the user accepts it.
     """
-    found = []
+    findings = []
     for effect in model.effects:
         clocks = [clock for clock in CLOCK_COLUMNS if clock in effect.reads and data.state.channel(clock) is not None]
         if effect.is_null or effect.key == "outlier" or _fitted_to(model, data):
@@ -36,17 +36,17 @@ def session_laws(model: Model, data: Measurements) -> list[Diagnostic]:
             if clock == "time":
                 message += ": its times lie beyond those" if foreign else ", whose times may be of the same session"
             help_ = "take the effect out of the model, or fit it to this session"
-            found.append(Diagnostic("DAT034", "error" if foreign else "warning", message, data.source, help=help_))
-    found = accepted(found, data.accepted)
-    if any(one.severity == "error" for one in found):
-        raise PostprocError(found)
-    return found
+            findings.append(Diagnostic("DAT034", "error" if foreign else "warning", message, data.source, help=help_))
+    findings = accepted(findings, data.accepted)
+    if any(one.severity == "error" for one in findings):
+        raise PostprocError(findings)
+    return findings
 
 
 def _fitted_to(model: Model, data: Measurements) -> bool:
     """Return whether the model was fitted to all files of the data; True where the data has no file."""
-    told = model.fit.get("data_sha256", [])
-    known = [told] if isinstance(told, str) else list(told)
+    hashes = model.fit.get("data_sha256", [])
+    known = [hashes] if isinstance(hashes, str) else list(hashes)
     return all(hashlib.sha256(source.data).hexdigest() in known for source in data.sources)
 
 

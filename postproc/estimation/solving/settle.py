@@ -24,7 +24,7 @@ def settled(fit: Fit) -> Fit:
     """
     for _ in range(SETTLE_PASSES):
         after = fit.posterior
-        names = (*after.names, *after.left_open)
+        names = (*after.names, *after.unidentifiable)
         vectors = {e.key: e.vector().copy() for e in fit.model.effects}
         before = np.array([vectors[key][i] for key, i in names])
         for (key, i), x in zip(names, after.mean, strict=True):
@@ -36,7 +36,14 @@ def settled(fit: Fit) -> Fit:
         at = slope(problem, fit.free, stopped, fit.strength, fit.parameters)
         moved = np.abs(after.mean - before) / np.maximum(after.deviations, 1e-300)
         bound = tuple(sorted(stopped))
-        fit = replace(fit, problem=problem, held=at.held, at_bound=bound, columns=at.columns, penalty=at.penalty)
+        fit = replace(
+            fit,
+            problem=problem,
+            unidentifiable=at.unidentifiable,
+            at_bound=bound,
+            columns=at.columns,
+            penalty=at.penalty,
+        )
         if not (moved > SETTLED_CHANGE).any():
             break
     pull, centre = _pulled(fit)

@@ -60,10 +60,10 @@ def choose_smoothness(fit: Fit, key: str, state: State) -> Smoothness:
     chosen, coarser = max(kinds, key=lambda kind: kind[0].likelihood)
     best = chosen.likelihood
     for form in coarser:
-        found = likeliest(known, few, form)
-        if found.likelihood < best - AS_MUCH:
+        smoothness = likeliest(known, few, form)
+        if smoothness.likelihood < best - AS_MUCH:
             break
-        chosen, best = found, max(best, found.likelihood)
+        chosen, best = smoothness, max(best, smoothness.likelihood)
     return chosen
 
 
@@ -79,11 +79,11 @@ def likeliest(known: Linear, few: Problem, form: Effect) -> Smoothness:
     columns = few.columns(form, np.ones(len(rough), dtype=bool)) * (form.scale() / rough)
     value, vector = np.linalg.eigh(columns.T @ known.project(columns))
     value = np.maximum(value, 0.0)
-    told = (vector.T @ (columns.T @ known.rest)) ** 2
+    explained = (vector.T @ (columns.T @ known.projected_residual)) ** 2
     square = STRENGTHS[:, None] ** 2
-    left = known.square - np.sum(told / (value + square), axis=1)
+    remaining = known.square - np.sum(explained / (value + square), axis=1)
     freedom = len(known.residual) - known.parameters
-    likelihood = -0.5 * (freedom * np.log(np.maximum(left, 1e-300)) + np.sum(np.log1p(value / square), axis=1))
+    likelihood = -0.5 * (freedom * np.log(np.maximum(remaining, 1e-300)) + np.sum(np.log1p(value / square), axis=1))
     # A function that takes up everything is as likely at any strength below: nothing is left that could be noise.
     likelihood[np.sum(value / (value + square), axis=1) > HALF * freedom] = -np.inf
     best = int(np.argmax(likelihood))
@@ -92,8 +92,8 @@ def likeliest(known: Linear, few: Problem, form: Effect) -> Smoothness:
 
 def enough_for_smoothness(problem: Problem) -> Problem:
     """Return a problem thinned to every k-th pose, at most about `MOST_NUMBERS_SMOOTHED` measured numbers."""
-    step = -(-len(problem.residual) // MOST_NUMBERS_SMOOTHED)
-    return problem if step < 2 else problem.some(problem.data.one_in(step))
+    rows = problem.subsample(MOST_NUMBERS_SMOOTHED)
+    return problem if rows.all() else problem.some(rows)
 
 
 def effective_parameters(fit: Fit, key: str) -> float:
@@ -102,8 +102,8 @@ def effective_parameters(fit: Fit, key: str) -> float:
     Args:
         key: of the free function.
     """
-    own = np.array([name == key for name, _ in fit.parameters], dtype=bool)
-    others = basis_of(fit.columns[:, ~own], fit.penalty[~own])
+    in_function = np.array([name == key for name, _ in fit.parameters], dtype=bool)
+    others = basis_of(fit.columns[:, ~in_function], fit.penalty[~in_function])
     return float(np.sum(basis_of(fit.columns, fit.penalty) ** 2) - np.sum(others**2))
 
 
@@ -122,8 +122,8 @@ def _linear_parts(fit: Fit, key: str) -> tuple[Array, Array, Array]:
     for effect in problem.model.effects:
         mask = np.full(len(effect.vector()), effect.key == key)
         mask[[i for k, i in fit.parameters if k == effect.key]] = True
-        own = problem.columns(effect, mask)
-        y += own @ effect.vector()[mask]
-        columns += [own] if effect.key != key else []
+        derivatives = problem.columns(effect, mask)
+        y += derivatives @ effect.vector()[mask]
+        columns += [derivatives] if effect.key != key else []
     soft = fit.penalty[[k != key for k, _ in fit.parameters]]
     return y, np.hstack(columns) if columns else np.zeros((len(y), 0)), soft

@@ -72,7 +72,7 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
         PostprocError: DAT020, fewer measured numbers than parameters.
     """
     base = problem.weights
-    aside: tuple[int, ...] = ()
+    excluded: tuple[int, ...] = ()
     stopped, replaced, returned = set[Name](), set[Name](), set[Name]()
     at: Slope | None = None
     place, good, damping = problem, False, 0.0
@@ -85,7 +85,7 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
 
     for sweep in range(FIT_SWEEPS):
         if sweep < (2 * ROUNDS if terms.robust else ROUNDS):
-            weights, aside = reweighted(problem, base, noise, terms.robust)
+            weights, excluded = reweighted(problem, base, noise, terms.robust)
             if not np.allclose(weights.values, problem.weights.values, rtol=1e-3, atol=0.0):
                 problem, at, good = problem.weighted(weights), at and at.reweighted(weights), False
         if at is None:
@@ -93,19 +93,19 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
             # Coefficients of a free function are told by its smoothness where the data is silent.
             _require_enough(problem, int(np.sum(at.penalty == 0.0)))
             kept = at.parameters
-            problem = _held_at_prior(problem, at, prior, fresh, returned)
+            problem = _unidentifiable_at_prior(problem, at, prior, fresh, returned)
             if problem is not place:
                 at = None
                 continue
         little = max(terms.closely, LEAST_STEP_SHARE / len(problem.residual)) * at.cost(problem) + 1e-12
-        further, fallen, stopped, held_back = advance(problem, at, little, damping, 10 if good else 2)
-        damping = held_back if good else damping
+        further, fallen, stopped, next_damping = advance(problem, at, little, damping, 10 if good else 2)
+        damping = next_damping if good else damping
         settled = fallen <= little
         if settled and good:
-            more = _blocking(at, stopped, sloped)
-            if not more:
+            blocking = _blocking(at, stopped, sloped)
+            if not blocking:
                 break
-            replaced, at = replaced | more, None
+            replaced, at = replaced | blocking, None
             continue
         bends = np.inf if further is problem else at.bends(problem, further)
         good = good and bends < FAITHFUL and at.still_holds(problem, further)
@@ -117,7 +117,9 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
     if at is None or place is not problem or stopped.intersection(at.parameters):
         at = sloped(stopped)
     bound = tuple(sorted(stopped))
-    return Fit(problem, terms.free, at.held, bound, at.columns, at.penalty, noise, aside, dict(terms.strength))
+    return Fit(
+        problem, terms.free, at.unidentifiable, bound, at.columns, at.penalty, noise, excluded, dict(terms.strength)
+    )
 
 
 def _blocking(at: Slope, stopped: set[Name], slope_without: Callable[[set[Name]], Slope]) -> set[Name]:
@@ -129,8 +131,8 @@ def _blocking(at: Slope, stopped: set[Name], slope_without: Callable[[set[Name]]
         at: the present slope; stopped: parameters (effect key, index) that stopped at a bound.
         slope_without: returns the slope with some parameters left out.
     """
-    freed = set(at.held).difference(slope_without(stopped).held) if stopped else set()
-    return {p for p in stopped if freed and freed.intersection(slope_without(stopped - {p}).held)}
+    freed = set(at.unidentifiable).difference(slope_without(stopped).unidentifiable) if stopped else set()
+    return {p for p in stopped if freed and freed.intersection(slope_without(stopped - {p}).unidentifiable)}
 
 
 def _prior(problem: Problem, fresh: frozenset[str], determined: frozenset[Name]) -> dict[str, Array]:
@@ -150,7 +152,7 @@ def _prior(problem: Problem, fresh: frozenset[str], determined: frozenset[Name])
     return prior
 
 
-def _held_at_prior(
+def _unidentifiable_at_prior(
     problem: Problem, at: Slope, prior: Mapping[str, Array], fresh: Set[str], returned: set[Name]
 ) -> Problem:
     """Return the problem with held parameters (not fitted) put back to their prior values, each at most once.
@@ -165,19 +167,19 @@ def _held_at_prior(
     """
     effects = []
     for effect in problem.model.effects:
-        x, held = effect.vector(), {i for key, i in at.held if key == effect.key}
-        back = np.array([i in held and (effect.key, i) not in returned for i in range(len(x))])
+        x, indices = effect.vector(), {i for key, i in at.unidentifiable if key == effect.key}
+        back = np.array([i in indices and (effect.key, i) not in returned for i in range(len(x))])
         back &= x != prior[effect.key]
         if effect.key in fresh:
             back &= effect.amplitudes()  # where the points of a new hose are is a guess
-        there = effect.with_vector(np.where(back, prior[effect.key], x))
+        at_prior = effect.with_vector(np.where(back, prior[effect.key], x))
         known = effect.is_frame or effect.roughness() is not None or not back.any()
-        mute = there.is_null and any(key == effect.key for key, _ in at.parameters)
+        mute = at_prior.is_null and any(key == effect.key for key, _ in at.parameters)
         change = prior[effect.key] - x
         if known or mute or (effect.key in fresh and not _made_up_for(problem, at, effect, back, change)):
             effects.append(effect)
         else:
-            effects.append(there)
+            effects.append(at_prior)
             returned |= {(effect.key, i) for i in np.flatnonzero(back).tolist()}
     changed = any(new is not old for new, old in zip(effects, problem.model.effects, strict=True))
     return problem.at(effects) if changed else problem
@@ -195,10 +197,10 @@ def _made_up_for(problem: Problem, at: Slope, effect: Effect, mask: NDArray[np.b
     wanted = problem.slopes(effect, mask) @ change[mask]
     step = -np.linalg.lstsq(at.columns, wanted, rcond=None)[0]
     every = [e for e in problem.model.effects if not e.is_frame]
-    here = {(e.key, i): x for e in every for i, x in enumerate(e.vector())}
+    values = {(e.key, i): x for e in every for i, x in enumerate(e.vector())}
     size = {(e.key, i): x for e in every for i, x in enumerate(sizes(problem, e))}
-    others = [(name, by) for name, by in zip(at.parameters, step, strict=True) if name in here]
-    return all(abs(here[name] + by) <= max(10 * size[name], abs(here[name])) for name, by in others)
+    others = [(name, by) for name, by in zip(at.parameters, step, strict=True) if name in values]
+    return all(abs(values[name] + by) <= max(10 * size[name], abs(values[name])) for name, by in others)
 
 
 def _require_enough(problem: Problem, fitted: int) -> None:
@@ -210,12 +212,12 @@ def _require_enough(problem: Problem, fitted: int) -> None:
         fitted: number of fitted parameters.
     """
     rows, poses = len(problem.data), len(np.unique(np.round(problem.data.state.q, 6), axis=0))
-    numbers, told = len(problem.residual), f"{len(problem.residual)} measured numbers"
+    numbers, counted = len(problem.residual), f"{len(problem.residual)} measured numbers"
     if poses < min(FEWEST_POSES_TO_PLACE, rows):
         # Rows of one pose tell the noise, and nothing of the arm.
-        numbers, told = numbers * poses // rows, f"{rows} rows of {poses} pose{'s' * (poses > 1)}"
+        numbers, counted = numbers * poses // rows, f"{rows} rows of {poses} pose{'s' * (poses > 1)}"
     if numbers <= fitted:
-        message = f"{told} cannot determine {fitted} parameters"
+        message = f"{counted} cannot determine {fitted} parameters"
         help_ = "measure more poses, or fit fewer effects"
         raise PostprocError.of("DAT020", message, problem.data.source, help=help_)
 
@@ -239,7 +241,7 @@ def advance(
     now = at.cost(problem)
     for _ in range(tries):
         step, stopped = at.damped(damping).step(problem)
-        foretold = now - at.foretold(problem, step)
+        foretold = now - at.predicted_cost(problem, step)
         if foretold <= little:
             break
         trial = at.moved(problem, step)

@@ -75,7 +75,7 @@ def elsewhere(begun: Problem, rows: NDArray[np.bool_]) -> Alignment | None:
     error = np.linalg.norm(begun.error[rows, :3], axis=1)
     if rows.sum() < FEWEST_POSES_TO_PLACE or np.median(error) < SUSPICIOUS_M:
         return None
-    place = align(begun.rest.T_reference_tcp[rows], begun.data.position[rows], tool=False)
+    place = align(begun.equilibrium.T_reference_tcp[rows], begun.data.position[rows], tool=False)
     return place if place.typical < np.median(error) / CLEARER else None
 
 
@@ -126,8 +126,8 @@ def turned_tool(problem: Problem) -> Problem:
         return problem
     x = tool.vector()
     turn = Rotation.from_rotvec(x[3:]) * Rotation.from_matrix(off[good]).mean()
-    whole = tool.with_vector(np.concatenate([x[:3], turn.as_rotvec()]))
-    return problem.at([whole if e.role is Role.TOOL_FRAME else e for e in problem.model.effects])
+    turned = tool.with_vector(np.concatenate([x[:3], turn.as_rotvec()]))
+    return problem.at([turned if e.role is Role.TOOL_FRAME else e for e in problem.model.effects])
 
 
 def _vector(place: Alignment) -> Array:

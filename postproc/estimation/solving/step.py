@@ -39,7 +39,7 @@ class Slope:
 
     columns: Array
     parameters: tuple[Name, ...]
-    held: tuple[Name, ...]
+    unidentifiable: tuple[Name, ...]
     penalty: Array
     anchor: Array
     weights: Weights
@@ -85,8 +85,8 @@ class Slope:
         if damping == self.damping:
             return self
         other = replace(self, damping=damping)
-        held = np.vstack([self.factor, np.sqrt(damping) * np.eye(len(self.parameters))])
-        other.__dict__.update(length=self.length, factor=np.linalg.qr(held, mode="r"))
+        stacked = np.vstack([self.factor, np.sqrt(damping) * np.eye(len(self.parameters))])
+        other.__dict__.update(length=self.length, factor=np.linalg.qr(stacked, mode="r"))
         return other
 
     def solved(self, right: Array) -> Array:
@@ -121,11 +121,11 @@ class Slope:
         missed = problem.residual - foretold - further.residual
         return float(np.linalg.norm(missed)) / max(float(np.linalg.norm(foretold)), 1e-300)
 
-    def foretold(self, problem: Problem, step: Array) -> float:
+    def predicted_cost(self, problem: Problem, step: Array) -> float:
         """Return the `cost` that the linear model predicts for a problem after a step (p,) of its parameters."""
-        rest = problem.residual - self.columns @ step
+        residual = problem.residual - self.columns @ step
         pulled = self.anchor * (self.values(problem) + step)
-        return float(rest @ rest + pulled @ pulled)
+        return float(residual @ residual + pulled @ pulled)
 
     def reweighted(self, weights: Weights) -> Slope | None:
         """Return the slope at other weights; None where they use measured numbers that it has no rows for."""
@@ -135,7 +135,7 @@ class Slope:
         kept = new.used[old.used]
         ratio = new.values[new.used] / old.values[new.used]
         columns = self.columns if kept.all() else self.columns[kept]
-        return Slope(columns * ratio[:, None], self.parameters, self.held, self.penalty, self.anchor, new)
+        return Slope(columns * ratio[:, None], self.parameters, self.unidentifiable, self.penalty, self.anchor, new)
 
     def step(self, problem: Problem) -> tuple[Array, set[Name]]:
         """Return the step (p,) to the least cost of the linear model inside the bounds, and what stopped at a bound.
@@ -151,8 +151,8 @@ class Slope:
         low, high = np.maximum(lowest, x - reach) - x, np.minimum(highest, x + reach) - x
         aim = step = self.solved(self.columns.T @ problem.residual - self.anchor**2 * x)
         boxed = np.zeros(len(x), dtype=bool)
-        while (outside := ~boxed & ((step < low) | (step > high))).any():
-            boxed |= outside
+        while (leaving := ~boxed & ((step < low) | (step > high))).any():
+            boxed |= leaving
             moves = self.solved(np.eye(len(x))[:, boxed])
             inside = _boxed(aim[boxed], moves[boxed], low[boxed], high[boxed])
             step = aim - moves @ np.linalg.solve(moves[boxed], aim[boxed] - inside)

@@ -15,6 +15,7 @@ from postproc.channels.sight import Site
 from postproc.channels.state import State
 from postproc.channels.units import recorded, shown
 from postproc.diagnostics import joined
+from postproc.effects.places import LEANS, LOADED
 from postproc.identification.curves.form import (
     Block,
     CurveForm,
@@ -41,19 +42,19 @@ from postproc.identification.curves.functions import (
     fixed,
     level,
     line,
+    may_settle,
     of_channel,
     of_signal,
-    own_or_time,
     periods,
+    resolved_orders,
     sways,
-    told_apart,
     waves,
 )
 from postproc.identification.curves.instrument import around, readings
-from postproc.identification.curves.memory import lags, memories
-from postproc.identification.curves.prior import APART, LOADED, UNNAMED_LOG_PRIOR, odds, sort_of_place
+from postproc.identification.curves.memory import creeps, lags, memories
+from postproc.identification.curves.prior import APART, UNNAMED_LOG_PRIOR, odds, sort_of_place
 from postproc.identification.curves.signal import TABLE, Signal, added, channel_signal
-from postproc.identification.curves.tool import LEANS, overturning, pulls
+from postproc.identification.curves.tool import overturning, pulls
 from postproc.measure.read.own import MOST_LEVELS
 
 SWAYED = ("q", "dir", "payload", "x", "y", "z")
@@ -78,13 +79,13 @@ class CurveForms:
     @cached_property
     def kinds(self) -> Mapping[str, int]:
         """Number of patterns of each kind, by kind."""
-        found = Counter[str](p.kind for p in self.wide)
+        counts = Counter[str](p.kind for p in self.wide)
         for some in self.blocks:
-            found[some.like.kind] += len(some)
-        return found
+            counts[some.like.kind] += len(some)
+        return counts
 
     @cached_property
-    def own(self) -> frozenset[str]:
+    def user_columns(self) -> frozenset[str]:
         """Names of the channels that are columns of the table which the program does not know."""
         return self.slow - TABLE
 
@@ -99,7 +100,7 @@ class CurveForms:
         def order(some: Block) -> tuple[str, bool, bool]:
             """Return the sorting key of a block: place, then what it follows."""
             names = some.like.channels
-            return some.like.where or "", self.slow.issuperset(names), self.own.issuperset(names)
+            return some.like.where or "", self.slow.issuperset(names), self.user_columns.issuperset(names)
 
         return Group(sorted(self.blocks, key=order))
 
@@ -134,7 +135,7 @@ class CurveForms:
         CurveForms of the arm's channels do not at an instrument or frame, which feels no load, unless they are made for
         it.
         """
-        free = self.own if where in LOADED else self.slow
+        free = self.user_columns if where in LOADED else self.slow
         anywhere = (
             pattern.where is None and where != LEANS and (where not in APART or free.issuperset(pattern.channels))
         )
@@ -152,12 +153,12 @@ class CurveForms:
 
         Each of them is on in more than a few rows, and off in more than a few.
         """
-        found = list[Block]()
+        blocks = list[Block]()
         for some in self.gates:
             [(curve, signal)] = some.like.factors
             sides = range(3 if len(curve.gate) > 1 else 1)
-            found += [acting(block(switching(curve, side), signal, some.numbers, some.like.kind)) for side in sides]
-        group = Group(found)
+            blocks += [acting(block(switching(curve, side), signal, some.numbers, some.like.kind)) for side in sides]
+        group = Group(blocks)
         return group, group.values
 
     def grown(self, pattern: CurveForm) -> Iterator[tuple[Single, Group]]:
@@ -203,9 +204,9 @@ def _factors(pattern: CurveForm) -> Iterator[tuple[CurveForm, str]]:
     if len(pattern.factors) == 1:
         yield pattern, ""
     elif len(pattern.factors) == 2:
-        for k, (curve, signal, own) in enumerate(pattern.each):
+        for k, (curve, signal, numbers) in enumerate(pattern.each):
             plain = LINE if curve.kind == "line" else curve
-            yield replace(pattern, factors=((plain, signal),), numbers=own), pattern.factors[1 - k][1].leading
+            yield replace(pattern, factors=((plain, signal),), numbers=numbers), pattern.factors[1 - k][1].leading
 
 
 def curve_forms(state: State, site: Site, seen: bool = True) -> CurveForms:
@@ -217,34 +218,36 @@ def curve_forms(state: State, site: Site, seen: bool = True) -> CurveForms:
     """
     channels = recorded(state, site)
     signals = {name: channel_signal(name, values, state) for name, values in channels.items()}
-    said = words(signals)
-    signals = {name: s for name, s in signals.items() if name.partition("=")[0] not in said}
+    word_columns = words(signals)
+    signals = {name: s for name, s in signals.items() if name.partition("=")[0] not in word_columns}
     # A row's number stands for a time that nobody wrote down: it has shapes, and leads nothing else.
     number = [signals.pop("row")] if "row" in signals else []
     every = list(signals.values())
-    single = [b for s in every for b in of_channel(s)] + [b for column in said.values() for b in of_words(column)]
-    found = [*single, *(b for s in number for b in of_signal(s)), *(sways(s) for s in every if own_or_time(s))]
+    single = [b for s in every for b in of_channel(s)] + [
+        b for column in word_columns.values() for b in of_words(column)
+    ]
+    blocks = [*single, *(b for s in number for b in of_signal(s)), *(sways(s) for s in every if may_settle(s))]
     for first, second in combinations(every, 2):
-        found += of_two(first, second)
+        blocks += of_two(first, second)
     slow = [s for s in every if s.leading in ("temperature", "time", "payload") or s.column]
-    others = [*slow, *(s for column in said.values() for s in column)]
-    found += of_angles([s for s in every if s.leading[0] == "q" and s.leading[1:].isdigit()], slow)
+    others = [*slow, *(s for column in word_columns.values() for s in column)]
+    blocks += of_angles([s for s in every if s.leading[0] == "q" and s.leading[1:].isdigit()], slow)
     # What flows into a tank or off a drum weighs as much as there is of it.
-    found += [line(s).with_(where="weight") for s in slow if s.column]
+    blocks += [line(s).with_(where="weight") for s in slow if s.column]
     if {"x", "y"} <= set(signals):
         x, y = signals["x"], signals["y"]
         away = Signal(("x", "y"), np.hypot(x.values, y.values), "radius", "x", "the distance from joint 1")
-        found.append(block(SQUARE, away))
+        blocks.append(block(SQUARE, away))
     if "time" in signals or number:
-        found += memories(signals, state.session)
-    found += [*lags(signals), *pulls(state, site), *around(state, site)]
-    found += readings(state, site, others) if seen else ()
+        blocks += memories(signals, state.session)
+    blocks += [*lags(signals), *creeps(signals), *pulls(state, site), *around(state, site)]
+    blocks += readings(state, site, others) if seen else ()
     leaning, wide = overturning(state, others)
     wide = [*wide, *(p for s in every if s.column for p in each_level(s))]
-    wide += [p for column in said.values() for p in each_word(column)]
+    wide += [p for column in word_columns.values() for p in each_word(column)]
     gates = [b for b in single if len(b) and b.like.factors[0][0].gate]
-    apart = frozenset({"row", "session", *said, *(s.leading for s in slow)})
-    return CurveForms([b for b in (*found, *leaning) if len(b)], wide, gates, apart)
+    apart = frozenset({"row", "session", *word_columns, *(s.leading for s in slow)})
+    return CurveForms([b for b in (*blocks, *leaning) if len(b)], wide, gates, apart)
 
 
 def of_angles(angles: Sequence[Signal], slow: Sequence[Signal]) -> Iterator[Block]:
@@ -281,7 +284,7 @@ def of_two(first: Signal, second: Signal) -> Iterator[Block]:
         # A gear's line of any order may grow with a load; what tilts or bends does so with the angle itself.
         yield from swelling(first, second, range(1, GEAR + 1))
     for side, size in ((first, second), (second, first)):
-        if own_or_time(side) and size.leading.rstrip("123456") in SWAYED:
+        if may_settle(side) and size.leading.rstrip("123456") in SWAYED:
             yield from swelling(side, size, periods(side))
         if side.leading.startswith(("dir", "v")) and size.leading.startswith("load"):
             yield product_of(block(SIDE, side), block(SIZE, size), "product")
@@ -307,7 +310,7 @@ def swelling(angle: Signal, size: Signal, orders: Iterable[float]) -> Iterator[B
 
 def _quarters(signal: Signal, orders: Iterable[float]) -> Block:
     """Return the cosine and the sine of a signal at every order that its measured values can tell from lower ones."""
-    return block(WAVE, signal, [(k, p) for k in told_apart(signal, orders) for p in (0.0, np.pi / 2)])
+    return block(WAVE, signal, [(k, p) for k in resolved_orders(signal, orders) for p in (0.0, np.pi / 2)])
 
 
 def words(signals: Mapping[str, Signal]) -> dict[str, list[Signal]]:
@@ -318,16 +321,16 @@ def words(signals: Mapping[str, Signal]) -> dict[str, list[Signal]]:
     Args:
         signals: of all channels, by name.
     """
-    found: dict[str, list[Signal]] = {}
+    columns: dict[str, list[Signal]] = {}
     for name, signal in signals.items():
         column, sign, word = name.partition("=")
         if sign and set(signal.distinct) <= {0.0, 1.0}:
-            found.setdefault(column, []).append(replace(signal, channels=(column,), unit="", label=word))
-    for some in found.values():
+            columns.setdefault(column, []).append(replace(signal, channels=(column,), unit="", label=word))
+    for some in columns.values():
         if (nothing := 1 - np.sum([s.values for s in some], axis=0)).any():
             name = " - ".join(["1", *(s.name for s in some)])
             some.append(replace(some[0], values=nothing, name=name, label="empty"))
-    return found
+    return columns
 
 
 def of_words(column: Sequence[Signal]) -> Iterator[Block]:
@@ -337,8 +340,8 @@ def of_words(column: Sequence[Signal]) -> Iterator[Block]:
         column: one signal per word (`words`).
     """
     for signal in column[:1] if len(column) == 2 else column:
-        said = f"where {signal.leading} is {signal.label}"
-        word = fixed("line", said, "level", said, signal.label, ORIGIN)
+        sentence = f"where {signal.leading} is {signal.label}"
+        word = fixed("line", sentence, "level", sentence, signal.label, ORIGIN)
         yield block(word, replace(signal, label=signal.leading))
 
 
@@ -349,8 +352,8 @@ def each_word(column: Sequence[Signal]) -> Iterator[CurveForm]:
         column: one signal per word (`words`).
     """
     if len(column) > 2:
-        said = f"another value at each of {joined([s.label for s in column])}"
-        yield side_by_side((block(LINE, s)[0] for s in column[1:]), said, "levels")
+        sentence = f"another value at each of {joined([s.label for s in column])}"
+        yield side_by_side((block(LINE, s)[0] for s in column[1:]), sentence, "levels")
 
 
 def each_level(signal: Signal) -> Iterator[CurveForm]:
@@ -360,7 +363,7 @@ def each_level(signal: Signal) -> Iterator[CurveForm]:
     """
     distinct, count = np.unique(signal.values, return_counts=True)
     if 2 < len(distinct) <= MOST_LEVELS and count.min() > 1:
-        said = f"another value at each of {joined([shown(signal.unit, float(v)) for v in distinct])}"
+        sentence = f"another value at each of {joined([shown(signal.unit, float(v)) for v in distinct])}"
         near = 0.5 * float(np.diff(distinct).min())
         some = (block(level(signal, [float(v)], near), signal)[0] for v in distinct[1:])
-        yield side_by_side(some, said, "levels")
+        yield side_by_side(some, sentence, "levels")

@@ -27,7 +27,7 @@ class SignalFunction:
     """A function of one signal that a few numbers form.
 
     Args:
-        basis: name of the function (`effects.bases`), with a gate before it in a switch; said: its description, a
+        basis: name of the function (`effects.bases`), with a gate before it in a switch; sentence: its description, a
             template (`SignalFunction.words`).
         kind: patterns of one kind are together as likely as those of any other, however many there are.
         numbers: the kind of each number that is searched: edge, knot, width (half of it), reach, order, phase, start or
@@ -41,7 +41,7 @@ class SignalFunction:
     """
 
     basis: str
-    said: str
+    sentence: str
     kind: str
     numbers: tuple[str, ...] = ()
     noun: str = ""
@@ -141,7 +141,7 @@ class CurveForm:
         tries: by how many times the patterns of its kind are multiplied by a further search.
         level: how often its numbers were refined.
         parts: patterns side by side, each with a size of its own, instead of factors, such as a shift for each level.
-        said: description of these parts.
+        sentence: description of these parts.
     """
 
     factors: tuple[tuple[SignalFunction, Signal], ...]
@@ -151,7 +151,7 @@ class CurveForm:
     tries: float = 1.0
     level: int = 0
     parts: tuple[CurveForm, ...] = ()
-    said: str = ""
+    sentence: str = ""
 
     @property
     def wide(self) -> bool:
@@ -161,24 +161,24 @@ class CurveForm:
     @cached_property
     def signals(self) -> tuple[Signal, ...]:
         """The signals of its factors, or of all its parts, each once."""
-        own = dict.fromkeys(s for p in self.parts for s in p.signals)
-        return tuple(own) if self.parts else tuple(s for _, s in self.factors)
+        signals = dict.fromkeys(s for p in self.parts for s in p.signals)
+        return tuple(signals) if self.parts else tuple(s for _, s in self.factors)
 
     @cached_property
     def each(self) -> list[tuple[SignalFunction, Signal, tuple[float, ...]]]:
         """Its factors as (curve, signal, numbers of that curve)."""
-        left, found = list(self.numbers), []
+        numbers, factors = list(self.numbers), []
         for curve, signal in self.factors:
-            own, left = tuple(left[: len(curve.numbers)]), left[len(curve.numbers) :]
-            found.append((curve, signal, own))
-        return found
+            taken, numbers = tuple(numbers[: len(curve.numbers)]), numbers[len(curve.numbers) :]
+            factors.append((curve, signal, taken))
+        return factors
 
     @cached_property
     def raw(self) -> Array:
         """(n,) product of its curves in every row, or (n, k) for k parts side by side; not normalized."""
         if self.parts:
             return np.stack([p.raw for p in self.parts], axis=1)
-        return np.asarray(reduce(mul, (c.law(s.values, *own) for c, s, own in self.each)), dtype=float)
+        return np.asarray(reduce(mul, (c.law(s.values, *numbers) for c, s, numbers in self.each)), dtype=float)
 
     @cached_property
     def values(self) -> Array:
@@ -195,33 +195,36 @@ class CurveForm:
     def factors_of_terms(self) -> list[tuple[list[tuple[str, str, tuple[float, ...]]], tuple[float, ...]]]:
         """Of each of its parts channel, function and numbers of every factor, and the numbers' gaps (`curve`)."""
         return [
-            ([c.factor(s, own) for c, s, own in part.each], tuple(g for c, s, own in part.each for g in c.gaps(s, own)))
+            (
+                [c.factor(s, numbers) for c, s, numbers in part.each],
+                tuple(g for c, s, numbers in part.each for g in c.gaps(s, numbers)),
+            )
             for part in self.parts or (self,)
         ]
 
     @property
     def text(self) -> str:
         """Description of the pattern in words, without other patterns to widen its numbers."""
-        return self.told()
+        return self.sentence_with()
 
-    def told(self, alike: Sequence[CurveForm] = ()) -> str:
+    def sentence_with(self, alike: Sequence[CurveForm] = ()) -> str:
         """Return the pattern in words, its numbers with the range that equally good patterns leave open.
 
         Args:
             alike: patterns that fit the data equally well; those with the same curves widen the ranges.
         """
-        if self.said:
-            return self.said
+        if self.sentence:
+            return self.sentence
         same = [p for p in alike if [c for c, _ in p.factors] == [c for c, _ in self.factors]]
-        said, first = "", 0
-        for curve, signal, own in self.each:
-            every = ([x, *(p.numbers[first + k] for p in same)] for k, x in enumerate(own))
+        sentence, first = "", 0
+        for curve, signal, numbers in self.each:
+            every = ([x, *(p.numbers[first + k] for p in same)] for k, x in enumerate(numbers))
             spans = [span_of(signal, kind, some) for kind, some in zip(curve.numbers, every, strict=True)]
-            first += len(own)
-            noun = curve.noun or (curve.said if signal.of else curve.said + " of {label}")
-            word = curve.words(curve.said if len(self.factors) == 1 else noun, signal, own, spans)
-            said += (" " if curve.switch else " times ") * bool(said) + word
-        return said
+            first += len(numbers)
+            noun = curve.noun or (curve.sentence if signal.of else curve.sentence + " of {label}")
+            word = curve.words(curve.sentence if len(self.factors) == 1 else noun, signal, numbers, spans)
+            sentence += (" " if curve.switch else " times ") * bool(sentence) + word
+        return sentence
 
 
 SIDES = ("only", "except", "reversed")
@@ -236,8 +239,8 @@ def switching(curve: SignalFunction, side: int) -> SignalFunction:
         side: 0 acts where the gate is on, 1 where it is off, 2 everywhere, with the other sign where it is on.
     """
     only, other = "only where {label} is ", "the other way where {label} is "
-    said = other + curve.gate[0] if side == 2 else only + curve.gate[side]
-    return replace(curve, basis=f"{SIDES[side]} {curve.basis}", said=said, noun=said, switch=(curve, side))
+    sentence = other + curve.gate[0] if side == 2 else only + curve.gate[side]
+    return replace(curve, basis=f"{SIDES[side]} {curve.basis}", sentence=sentence, noun=sentence, switch=(curve, side))
 
 
 FEW, FEW_SHARE = 6, 0.05
@@ -271,12 +274,12 @@ class Block:
     @property
     def raw(self) -> Array:
         """(P, n) product of the curves of every pattern in every row, not normalized."""
-        found: Any = np.float32(1.0)
-        left = self.numbers.T[:, :, None]
+        product: Any = np.float32(1.0)
+        numbers = self.numbers.T[:, :, None]
         for curve, signal in self.like.factors:
-            found = found * curve.law(signal.values, *left[: len(curve.numbers)])
-            left = left[len(curve.numbers) :]
-        return np.broadcast_to(found, (len(self), len(signal.values)))
+            product = product * curve.law(signal.values, *numbers[: len(curve.numbers)])
+            numbers = numbers[len(curve.numbers) :]
+        return np.broadcast_to(product, (len(self), len(signal.values)))
 
 
 def block(
@@ -335,19 +338,19 @@ class Group:
         most = np.maximum(raw.max(axis=1, keepdims=True), -raw.min(axis=1, keepdims=True)) if len(self) else raw
         return np.divide(raw, np.maximum(most, 1e-30), out=raw).T
 
-    def of_blocks(self, told: Callable[[Block], float]) -> Array:
-        """Return (P,) for every pattern the number that a function ``told`` gives for its block."""
-        return np.repeat([told(b) for b in self.blocks], [len(b) for b in self.blocks])
+    def of_blocks(self, measure: Callable[[Block], float]) -> Array:
+        """Return (P,) for every pattern the number that a function ``measure`` gives for its block."""
+        return np.repeat([measure(b) for b in self.blocks], [len(b) for b in self.blocks])
 
 
-def side_by_side(some: Iterable[CurveForm], said: str, kind: str, where: str | None = None) -> CurveForm:
+def side_by_side(some: Iterable[CurveForm], sentence: str, kind: str, where: str | None = None) -> CurveForm:
     """Return one pattern whose parts each have a size of their own in a fit.
 
     Args:
-        some: the parts; said: what the whole is called in reports; kind: for the prior odds.
+        some: the parts; sentence: what the whole is called in reports; kind: for the prior odds.
         where: the only place at which it makes sense, None for all.
     """
-    return CurveForm((), kind=kind, where=where, parts=tuple(some), said=said)
+    return CurveForm((), kind=kind, where=where, parts=tuple(some), sentence=sentence)
 
 
 def times_form(moves: Array, values: Array) -> Array:

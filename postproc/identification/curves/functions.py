@@ -40,14 +40,14 @@ FINEST, MANY = 4, 8000
 
 
 def fixed(
-    basis: str, said: str, kind: str, noun: str = "", gate: str = "", numbers: tuple[float, ...] = ()
+    basis: str, sentence: str, kind: str, noun: str = "", gate: str = "", numbers: tuple[float, ...] = ()
 ) -> SignalFunction:
-    """Return a curve whose numbers are not searched: its basis and their values, its description ``said``, its kind.
+    """Return a curve whose numbers are not searched: its basis, its sentence, its kind, and their values.
 
     Args:
         noun: description as a factor of a product; gate: where it is on, in words, which makes it a possible switch.
     """
-    return SignalFunction(basis, said, kind, noun=noun, gate=(gate, f"not {gate}") if gate else (), fixed=numbers)
+    return SignalFunction(basis, sentence, kind, noun=noun, gate=(gate, f"not {gate}") if gate else (), fixed=numbers)
 
 
 ORIGIN = (0.0,)
@@ -65,16 +65,16 @@ KINK = SignalFunction("kink", "kink near {n0}{of}", "kink", ("knot",))
 ABOVE = SignalFunction("above", "growing above {n0}{of}", "ramp", ("knot",), gate=("above {n0}, growing",))
 BELOW = SignalFunction("below", "growing below {n0}{of}", "ramp", ("knot",), gate=("below {n0}, growing",))
 SQUARED = {
-    c: SignalFunction(f"{c.basis}_squared", c.said.replace("{of}", ", with the square{of}"), "ramp", ("knot",))
+    c: SignalFunction(f"{c.basis}_squared", c.sentence.replace("{of}", ", with the square{of}"), "ramp", ("knot",))
     for c in (ABOVE, BELOW)
 }
 SIDED = {
     c: SignalFunction(
         f"sided_{c.basis}",
-        c.said.replace("{of}", " of |{label}|, to the side of {label}"),
+        c.sentence.replace("{of}", " of |{label}|, to the side of {label}"),
         "ramp",
         ("knot",),
-        "{label}" + c.said.replace("{of}", " of |{label}|"),
+        "{label}" + c.sentence.replace("{of}", " of |{label}|"),
     )
     for c in (ABOVE, BELOW)
 }
@@ -133,7 +133,7 @@ def of_signal(signal: Signal) -> Iterator[Block]:
     for curve in (SIDED_SQUARE, SIDED_ROOT) if both else (ROOT,) if x.min() >= 0 else ():
         yield block(curve, signal)
     yield from breaks(signal)
-    if own_or_time(signal):
+    if may_settle(signal):
         for curve in settling(signal)[:1]:
             yield block(curve, signal, [(2 * half * share,) for share in (0.05, 0.1, 0.2, 0.4)])
     span = _edges_at(signal, np.quantile(x, np.linspace(0.04, 0.96, STEPS)))
@@ -181,9 +181,9 @@ def levels(signal: Signal) -> Iterator[Block]:
 
 def level(signal: Signal, some: Sequence[float], near: float) -> SignalFunction:
     """Return the curve that is 1 where a signal is within ``near`` of any of some values, and 0 elsewhere."""
-    said = " or ".join(shown(signal.unit, value) for value in some)
+    values = " or ".join(shown(signal.unit, value) for value in some)
     basis = "level" if len(some) == 1 else "either_level"
-    return fixed(basis, f"at {said}{{of}}", "level", gate=f"at {said}", numbers=(near, *some))
+    return fixed(basis, f"at {values}{{of}}", "level", gate=f"at {values}", numbers=(near, *some))
 
 
 def settling(signal: Signal) -> tuple[SignalFunction, SignalFunction]:
@@ -195,18 +195,18 @@ def settling(signal: Signal) -> tuple[SignalFunction, SignalFunction]:
     )
 
 
-def own_or_time(signal: Signal) -> bool:
+def may_settle(signal: Signal) -> bool:
     """Return whether a signal is time or an unknown column of the table, and so may settle or repeat at any period."""
     return signal.leading == "time" or signal.column
 
 
 def waves(signal: Signal, orders: Iterable[float]) -> Block:
     """Return waves of an angle at those orders [per turn] that its values tell from lower ones, several phases each."""
-    every = [(k, p) for k in told_apart(signal, orders) for p in (QUARTERS if k <= GEAR else THIRDS)]
+    every = [(k, p) for k in resolved_orders(signal, orders) for p in (QUARTERS if k <= GEAR else THIRDS)]
     return block(WAVE, signal, every, "fine wave" if every and every[0][0] > GEAR else "wave")
 
 
-def told_apart(signal: Signal, orders: Iterable[float]) -> list[float]:
+def resolved_orders(signal: Signal, orders: Iterable[float]) -> list[float]:
     """Return the orders of waves that the measured values tell from lower ones (no aliasing); all, unless an angle."""
     highest = finest(signal.values) if is_angle(signal) else np.inf
     return [order for order in orders if order <= highest]
@@ -214,9 +214,9 @@ def told_apart(signal: Signal, orders: Iterable[float]) -> list[float]:
 
 def periods(signal: Signal) -> list[float]:
     """Return orders [rad per unit] of waves with 1 to `SWAYS` periods in a signal's range, over two values in each."""
-    whole, apart = float(np.ptp(signal.values)), float(np.median(np.diff(signal.distinct)))
-    many = range(2, min(2 * SWAYS + 1, round(whole / apart))) if whole > 4 * apart else ()
-    return [np.pi * k / whole for k in many]
+    extent, apart = float(np.ptp(signal.values)), float(np.median(np.diff(signal.distinct)))
+    many = range(2, min(2 * SWAYS + 1, round(extent / apart))) if extent > 4 * apart else ()
+    return [np.pi * k / extent for k in many]
 
 
 def sways(signal: Signal) -> Block:
@@ -260,7 +260,7 @@ def sharper(pattern: CurveForm) -> Group:
 def _closer(pattern: CurveForm) -> Iterator[Block]:
     """Yield the blocks of variants that `sharper` returns: other curves in place of a factor, then nearby numbers."""
     for k, (curve, signal, own) in enumerate(pattern.each):
-        for new, numbers in _instead(curve, signal, own, pattern.level):
+        for new, numbers in _alternatives(curve, signal, own, pattern.level):
             first = sum(len(c.numbers) for c, _ in pattern.factors[:k])
             rows = block(new, signal, numbers).numbers
             before, after = pattern.numbers[:first], pattern.numbers[first + len(own) :]
@@ -268,37 +268,37 @@ def _closer(pattern: CurveForm) -> Iterator[Block]:
             factors = (*pattern.factors[:k], (new, signal), *pattern.factors[k + 1 :])
             yield Block(replace(pattern, factors=factors), every)
     near = [_nearby(c, s, own, pattern.level) for c, s, own in pattern.each]
-    whole = [places for some in near for places in some]
-    if whole and np.prod([len(places) for places in whole]) < MANY:
-        yield Block(pattern, np.array(list(product(*whole))))
+    grids = [places for some in near for places in some]
+    if grids and np.prod([len(places) for places in grids]) < MANY:
+        yield Block(pattern, np.array(list(product(*grids))))
     else:
-        held = [[[x] for x in own] for *_, own in pattern.each]
+        fixed_numbers = [[[x] for x in own] for *_, own in pattern.each]
         for k, some in enumerate(near):
-            parts = [*held[:k], some, *held[k + 1 :]]
+            parts = [*fixed_numbers[:k], some, *fixed_numbers[k + 1 :]]
             yield Block(pattern, np.array(list(product(*(p for part in parts for p in part)))))
     # Where an edge lies goes with the axis of a moment.
     for (curve, signal), *others in [pattern.factors]:
         for other in signal.near(pattern.level) if signal.near is not None and not others else ():
             turned = replace(pattern, factors=((curve, other),))
-            yield Block(turned, np.array(list(product(*whole))))
+            yield Block(turned, np.array(list(product(*grids))))
 
 
-def _instead(
+def _alternatives(
     curve: SignalFunction, signal: Signal, numbers: Sequence[float], level: int
 ) -> Iterator[tuple[SignalFunction, Iterable[Sequence[float]]]]:
     """Yield (curve, rows of its numbers) that may fit better than a curve; few or none once refined (level above 0)."""
     if curve.switch is not None:
         plain, side = curve.switch
-        inside = _instead(plain, signal, numbers, level)
+        inside = _alternatives(plain, signal, numbers, level)
         yield from ((switching(c, side), every) for c, every in inside if len(c.gate) > side % 2)
         return
-    whole, alone = float(np.ptp(signal.values)), [(k,) for k in knots(signal)]
+    extent, alone = float(np.ptp(signal.values)), [(k,) for k in knots(signal)]
     if curve is WAVE and level == 1:
         phases = np.linspace(0.0, 1.0, 36, endpoint=False)
         yield WAVE, product(numbers[:1], np.pi * phases)
         for fold in FOLDS:
             yield fold, product(numbers[:1], phases)
-        if numbers[0] * whole > 4 * np.pi:
+        if numbers[0] * extent > 4 * np.pi:
             # What does not come twice is a step, or acts in a window.
             yield TOOTH, product(numbers[:1], phases)
             yield PULSE, product(numbers[:1], phases, DUTIES)
@@ -312,17 +312,17 @@ def _instead(
         return
     elif curve is STEP:
         yield STEP, [(e,) for e in edges(signal)]
-        yield RISE, product(knots(signal, 40), whole * np.geomspace(0.02, 0.3, 6))
+        yield RISE, product(knots(signal, 40), extent * np.geomspace(0.02, 0.3, 6))
     elif curve is WINDOW:
         some = edges(signal, 36)
         yield WINDOW, [(a, b) for k, a in enumerate(some) for b in some[k + 1 :]]
-        yield BUMP, product(knots(signal, 60), whole * np.geomspace(0.01, 0.2, 7))
+        yield BUMP, product(knots(signal, 60), extent * np.geomspace(0.01, 0.2, 7))
     elif curve in SQUARED:
         for new in (curve, SQUARED[curve], BOW):
             yield new, alone
     elif curve.kind == "settling":
         for new in settling(signal):
-            yield new, [(whole * share,) for share in np.geomspace(0.01, 3.0, 60)]
+            yield new, [(extent * share,) for share in np.geomspace(0.01, 3.0, 60)]
     elif curve in SIDED.values():
         yield curve, [(k,) for k in knots(signal.size)]
     elif curve.numbers == ("knot",):
@@ -333,26 +333,28 @@ def _instead(
 
 def _nearby(curve: SignalFunction, signal: Signal, numbers: Sequence[float], level: int) -> list[list[float]]:
     """Return for each number of a curve values around it to try, the closer the more often refined (level)."""
-    x, closer, found = signal.values, 3.0**-level, list[list[float]]()
+    x, closer, grids = signal.values, 3.0**-level, list[list[float]]()
     low, high = np.quantile(x, [0.02, 0.98])
     for kind, number in zip(curve.numbers, numbers, strict=True):
         if kind == "edge":
-            found.append(_next_edges(signal, number))
+            grids.append(_next_edges(signal, number))
         elif kind == "knot":
-            found.append((number + (high - low) / 20 * closer * np.linspace(-1.0, 1.0, 7)).tolist())
+            grids.append((number + (high - low) / 20 * closer * np.linspace(-1.0, 1.0, 7)).tolist())
         elif kind in ("width", "reach"):
-            found.append((number * 1.7 ** (closer * np.linspace(-1.0, 1.0, 7))).tolist())
+            grids.append((number * 1.7 ** (closer * np.linspace(-1.0, 1.0, 7))).tolist())
         elif kind == "order" and curve is WAVE and level and is_angle(signal) and number.is_integer():
-            found.append([number])
+            grids.append([number])
         elif kind == "order":
             near = _orders(signal, number, 4.0**-level if curve is WAVE else 0.25)
-            whole = np.arange(np.ceil(min(near)), max(near) + 1e-9).tolist() if is_angle(signal) and level else []
-            found.append([*near, *whole])
+            whole_orders = (
+                np.arange(np.ceil(min(near)), max(near) + 1e-9).tolist() if is_angle(signal) and level else []
+            )
+            grids.append([*near, *whole_orders])
         elif kind == "phase":
-            found.append((number + (EIGHTHS if level == 0 else np.pi / 8 * closer * np.linspace(-1, 1, 7))).tolist())
+            grids.append((number + (EIGHTHS if level == 0 else np.pi / 8 * closer * np.linspace(-1, 1, 7))).tolist())
         else:
-            found.append((number + (0.05 if kind == "start" else 0.03) * np.linspace(-1.0, 1.0, 15)).tolist())
-    return found
+            grids.append((number + (0.05 if kind == "start" else 0.03) * np.linspace(-1.0, 1.0, 15)).tolist())
+    return grids
 
 
 def _orders(signal: Signal, order: float, closer: float) -> list[float]:

@@ -48,9 +48,9 @@ def memories(signals: Mapping[str, Signal], session: Array | None = None) -> Ite
             for one in [*some, waves(then, LOW)] if name[0] == "q" else some:
                 yield one.with_(kind="before")
         if name[0] == "q" or name.startswith("load"):
-            said = f"dragged along by {name}, and slipping after {{n0}} to either side, from row to row"
+            sentence = f"dragged along by {name}, and slipping after {{n0}} to either side, from row to row"
             unit = "mrad" if name[0] == "q" else "N m"
-            curve = SignalFunction("line", said, "dragged", ("reach",), derived=("play", unit, play))
+            curve = SignalFunction("line", sentence, "dragged", ("reach",), derived=("play", unit, play))
             yield block(curve, signal, [(share * np.ptp(signal.values),) for share in REACHES])
 
 
@@ -62,9 +62,22 @@ def lags(signals: Mapping[str, Signal]) -> Iterator[Block]:
     """
     warm = [s for s in signals.values() if s.leading == "temperature" or s.column]
     for signal in warm if "time" in signals else ():
-        time, said = signals["time"].values, f"following {signal.leading} with a lag of {{n0}}"
+        time, sentence = signals["time"].values, f"following {signal.leading} with a lag of {{n0}}"
         delayed = ("lag", "s", partial(_delayed, time))
-        curve = SignalFunction("line", said, "late", ("reach",), derived=delayed)
+        curve = SignalFunction("line", sentence, "late", ("reach",), derived=delayed)
+        yield block(curve, replace(signal, unit="time"), [(share * np.ptp(time),) for share in LAGS])
+
+
+def creeps(signals: Mapping[str, Signal]) -> Iterator[Block]:
+    """Yield patterns that follow a joint's load late, from zero on; none without ``time``.
+
+    Args:
+        signals: of all channels, by name.
+    """
+    for signal in (s for name, s in signals.items() if name.startswith("load")) if "time" in signals else ():
+        time, sentence = signals["time"].values, f"creeping after {signal.leading} with a time constant of {{n0}}"
+        derived = ("creep", "s", lambda x, constant, time=time: lag(x, time, constant, settled=False))
+        curve = SignalFunction("line", sentence, "creep", ("reach",), derived=derived)
         yield block(curve, replace(signal, unit="time"), [(share * np.ptp(time),) for share in LAGS])
 
 

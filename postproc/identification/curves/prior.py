@@ -5,22 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from postproc.channels.sight import READINGS
+from postproc.effects.places import FRAMES, LEANS, LOADED
 from postproc.identification.curves.form import CurveForm
-from postproc.identification.curves.tool import LEANS
 
 UNNAMED_LOG_PRIOR = 16.0
 """2 log of the odds against a pattern without a name: it needs 3000 times the likelihood of a named effect."""
-PLACES = 31
+COUNT_OF_PLACES = 31
 """Joints, base, tool, instrument, what it reads, five bodies that turn or shift, and what carries a weight."""
-FRAMES = ("instrument, shifted and turned", "base, shifted and turned")
-"""What stands somewhere else, or leans about a point that nobody knows."""
-LOADED = {"body 2, under a weight": 2, "body 3, under a weight": 3, "tool, under a weight": 6}
-"""What carries a weight that nobody modelled: a tank on the arm, a drum, a tool; on which body."""
-SEATED = "tool, shifted and turned"
-"""What a flange or a changer does that gives way, where orientations are measured."""
 APART = frozenset([*FRAMES, *(f"instrument, {reading}" for reading in READINGS), *LOADED])
 """Where the arm changes nothing but by leaning on it, and what is carried whatever the arm does."""
-ROOMS = {None: PLACES, "weight": 3, "joint": 6, "instrument": 6, "base": 2, LEANS: 1}
+ROOMS = {None: COUNT_OF_PLACES, "weight": 3, "joint": 6, "instrument": 6, "base": 2, LEANS: 1}
 """How many places there are of each sort, of any other one."""
 
 

@@ -12,14 +12,14 @@ from postproc.channels.sight import Site
 from postproc.channels.state import State
 from postproc.channels.tool import FORCES, force_on_tool
 from postproc.channels.units import varies
+from postproc.effects.places import LEANS
 from postproc.identification.curves.form import Block, CurveForm, block, product_of, side_by_side
 from postproc.identification.curves.functions import LEVELLING, ORIGIN, ROOT, SQUARE, breaks, fixed, line, of_signal
 from postproc.identification.curves.signal import Signal
 
 MOMENT = ("load2", "q1", "x", "y")
 """Channels that the overturning moment follows."""
-LEANING, LEANS = "the overturning moment", "base, as it leans"
-"""Its name, and the place that it turns and shifts."""
+LEANING = "the overturning moment"
 WAYS = 4
 """Horizontal axes about which the footing is asked, half a turn apart in all."""
 FELT = {
@@ -68,7 +68,7 @@ def overturning(state: State, others: Iterable[Signal] = ()) -> tuple[list[Block
     if moment is None:
         return [], []
     axes = (_moment(state, float(way)) for way in np.pi / WAYS * np.arange(WAYS))
-    found = [
+    blocks = [
         b.with_(where="base", kind=f"{b.like.kind} of the moment")
         for signal in axes
         if varies(signal.values)
@@ -79,26 +79,26 @@ def overturning(state: State, others: Iterable[Signal] = ()) -> tuple[list[Block
     if all(varies(s.values) for s in both):
         # Legs and anchors at two sides each, or a footing that is alike all around.
         for word, basis, numbers in (("square", "sided_square", ()), ("cube", "cube", (0.0, 1.0))):
-            said = f"growing with the {word} of the overturning moment about x and about y, to its side"
-            curve = fixed(basis, said, "leaning", numbers=numbers)
-            wide.append(side_by_side((block(curve, s)[0] for s in both), said, "leaning", "base"))
+            sentence = f"growing with the {word} of the overturning moment about x and about y, to its side"
+            curve = fixed(basis, sentence, "leaning", numbers=numbers)
+            wide.append(side_by_side((block(curve, s)[0] for s in both), sentence, "leaning", "base"))
         for other in others:
-            said = f"the overturning moment about x and about y times {other.full_label}"
+            sentence = f"the overturning moment about x and about y times {other.full_label}"
             parts = (product_of(line(other), line(s), "leaning")[0] for s in both)
-            wide.append(side_by_side(parts, said, "leaning", "base"))
+            wide.append(side_by_side(parts, sentence, "leaning", "base"))
     size = Signal(MOMENT, moment, "leaning", "load", LEANING)
     if varies(size.values):
         always = fixed("line", "to the side of {label}, however large", "curve", numbers=ORIGIN)
         one = replace(size, values=np.ones(len(moment)), name="1")
         some = [block(always, one), *(block(curve, size) for curve in (ROOT, SQUARE))]
         some.append(block(LEVELLING, size, [(k,) for k in np.quantile(size.values, np.linspace(0.1, 0.9, 9))]))
-        found += [b.with_(where=LEANS, kind=f"{b.like.kind} of the moment") for b in (*some, *breaks(size))]
+        blocks += [b.with_(where=LEANS, kind=f"{b.like.kind} of the moment") for b in (*some, *breaks(size))]
         for other in others:
-            found.append(product_of(line(size), line(replace(other, label=other.full_label)), "leaning", LEANS))
+            blocks.append(product_of(line(size), line(replace(other, label=other.full_label)), "leaning", LEANS))
             if other.values.min() > 0:
                 over = fixed("inverse", f"over {other.full_label}", "leaning", f"one over {other.full_label}")
-                found.append(product_of(line(size), block(over, other), "leaning", LEANS))
-    return found, wide
+                blocks.append(product_of(line(size), block(over, other), "leaning", LEANS))
+    return blocks, wide
 
 
 def _moment(state: State, way: float) -> Signal:

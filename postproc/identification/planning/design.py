@@ -78,8 +78,8 @@ def sharpen(fit: Fit, pool: Problem, n: int) -> tuple[list[int], float, float, l
     arm = np.array([key not in frames for key, _ in entries])
     width = np.sqrt(np.diag(P))
     every = Z.reshape(-1, Z.shape[2])
-    told = np.sqrt(np.diag(np.linalg.inv(np.linalg.inv(P) + every.T @ every))) < NEVER
-    known = arm & told
+    determined = np.sqrt(np.diag(np.linalg.inv(np.linalg.inv(P) + every.T @ every))) < NEVER
+    known = arm & determined
     before = float(width[known].max(initial=0.0))
     worst = [entries[i] for i in np.argsort(-np.where(known, width, 0.0))[:3] if known[i]]
     chosen: list[int] = []
@@ -96,7 +96,7 @@ def sharpen(fit: Fit, pool: Problem, n: int) -> tuple[list[int], float, float, l
         before,
         float(after[known].max(initial=0.0)),
         worst,
-        [entries[i] for i in np.flatnonzero(arm & ~told)],
+        [entries[i] for i in np.flatnonzero(arm & ~determined)],
     )
 
 
@@ -163,13 +163,13 @@ class _Side:
     cross: Array
     total: float
 
-    def rest(self) -> Array:
+    def unexplained(self) -> Array:
         """Return (c, 3) the part of the signal at each pose of the pool that the regressors cannot explain."""
         return np.asarray(self.s - self.Z @ (self.P @ self.cross))
 
     def gain(self) -> Array:
         """Return (c,) growth of the unexplained signal by measuring each pose of the pool, e^T (I + z P z^T)^-1 e."""
-        e = self.rest()
+        e = self.unexplained()
         S = np.eye(3) + np.einsum("cip,pq,cjq->cij", self.Z, self.P, self.Z, optimize=True)
         return np.asarray(np.einsum("ci,ci->c", e, np.linalg.solve(S, e[:, :, None])[:, :, 0]))
 
@@ -199,9 +199,9 @@ def _form(fit: Fit, pool: Problem, screen: Screen, cls: type[Effect]) -> tuple[E
     Args:
         pool: poses that may be measured; screen: the forms of the effect on the data; cls: class of the effect.
     """
-    held = fit.model.effect(cls.key)
-    if held is not None:
-        return held, np.asarray(fit.free[cls.key]) & held.amplitudes()
+    fitted = fit.model.effect(cls.key)
+    if fitted is not None:
+        return fitted, np.asarray(fit.free[cls.key]) & fitted.amplitudes()
     candidate = compose(screen, fit.linear, cls.key)
     if candidate is not None:
         candidate = refit_form(screen, fit.linear, candidate)
@@ -216,6 +216,6 @@ def _size(fit: Fit, columns: Array) -> Array:
     """Return (p,) amplitudes, in ordinary sizes, that the data suggests for columns (N, p), of norm 1 at least."""
     linear = fit.linear
     projected = linear.project(columns)
-    x = np.linalg.solve(columns.T @ projected + np.eye(columns.shape[1]), columns.T @ linear.rest)
+    x = np.linalg.solve(columns.T @ projected + np.eye(columns.shape[1]), columns.T @ linear.projected_residual)
     size = float(np.linalg.norm(x))
     return np.asarray(x / size * max(size, 1.0) if size > 1e-6 else np.ones(len(x)) / np.sqrt(len(x)))

@@ -20,7 +20,7 @@ from postproc.estimation.solving.step import Name
 from postproc.identification.diagnose import diagnose
 from postproc.identification.diagnosis import Diagnosis
 from postproc.identification.planning.design import separate, sharpen
-from postproc.identification.planning.room import WHOLE_RANGE, Room
+from postproc.identification.planning.room import FULL_RANGE, Room
 from postproc.identification.refits import refit_all
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
@@ -45,7 +45,7 @@ class MeasuringPlan:
         before, after: by how many standard deviations the two effects differ without and with these poses; without a
             pair, the largest standard deviation, in ordinary sizes, of the parameters that poses can determine.
         worst: the parameters of the fit that are determined worst; never: those that no pose determines.
-        told_apart: whether the data so far tells the two effects apart, as `diagnose` says.
+        resolved: whether the data so far tells the two effects apart, as `diagnose` says.
     """
 
     fit: Fit
@@ -56,7 +56,7 @@ class MeasuringPlan:
     after: float
     worst: tuple[Name, ...] = ()
     never: tuple[Name, ...] = ()
-    told_apart: bool = True
+    resolved: bool = True
 
     @property
     def extax(self) -> Array | None:
@@ -82,9 +82,9 @@ class MeasuringPlan:
                 names += [f"payload_{a}_mm" for a in "xyz"]
                 columns.append(s.payload_center * 1e3)
         if self.extax is not None:
-            there = np.flatnonzero(np.isfinite(self.extax).all(axis=0))
-            names += [f"eax_{AXES[k]}" for k in there.tolist()]
-            columns.append(self.extax[:, there])
+            present = np.flatnonzero(np.isfinite(self.extax).all(axis=0))
+            names += [f"eax_{AXES[k]}" for k in present.tolist()]
+            columns.append(self.extax[:, present])
         lines = [",".join(names)]
         for i, row in enumerate(np.hstack(columns)):
             cells = [f"{x:.4f}" for x in row[:6]] + [f"{x:+.0f}" for x in row[6:12]] + [f"{x:.8g}" for x in row[12:]]
@@ -100,7 +100,7 @@ def plan_poses(
     extra_effects: Iterable[type[Effect]] = (),
     *,
     noise: float | None = None,
-    room: Room = WHOLE_RANGE,
+    room: Room = FULL_RANGE,
 ) -> MeasuringPlan:
     """Choose n poses one after another from random reachable ones.
 
@@ -135,15 +135,15 @@ def plan_poses(
     return MeasuringPlan(fit, picked, T, between, before, after, tuple(worst), tuple(never), apart)
 
 
-def _fit_without_pair(found: Diagnosis, pair: tuple[str, str]) -> tuple[Fit, bool]:
+def _fit_without_pair(diagnosis: Diagnosis, pair: tuple[str, str]) -> tuple[Fit, bool]:
     """Return the fit with all missing effects but a pair, and whether the diagnosis tells these two apart.
 
     Args:
         pair: keys of the two effects.
     """
-    others = [m.key for m in found.missing if m.key not in pair]
-    unsure = any({m.key, other} == set(pair) for m in found.missing for other in m.not_separable)
-    return refit_all(found.base, found.final, others), not unsure
+    others = [m.key for m in diagnosis.missing if m.key not in pair]
+    unsure = any({m.key, other} == set(pair) for m in diagnosis.missing for other in m.not_separable)
+    return refit_all(diagnosis.base, diagnosis.final, others), not unsure
 
 
 def _candidates(fit: Fit, room: Room) -> State:
@@ -205,8 +205,8 @@ def _pool(fit: Fit, state: State, room: Room) -> Problem:
     )
     problem = Problem(fit.model, data, make_weights(data, fit.noise))
     up = fit.model.R_world_base[2]
-    heights = problem.rest.chain.T_base_body[:, 3:, :3, 3] @ up
-    tip = problem.rest.T_base_tcp[:, :3, 3] @ up
+    heights = problem.equilibrium.chain.T_base_body[:, 3:, :3, 3] @ up
+    tip = problem.equilibrium.T_base_tcp[:, :3, 3] @ up
     free = np.minimum(heights.min(axis=1), tip) > 0.1
     if free.sum() < 50 or room.candidates is not None:
         free = np.ones(len(state), dtype=bool)

@@ -32,7 +32,7 @@ class Room:
 
     def holds(self, problem: Problem) -> NDArray[np.bool_]:
         """Return (n,) mask of the poses of a problem that are inside the region and in sight of the instrument."""
-        T = problem.rest.T_base_tcp
+        T = problem.equilibrium.T_base_tcp
         good = np.ones(len(T), dtype=bool)
         if self.region is not None:
             good &= ((T[:, :3, 3] >= self.region[0]) & (T[:, :3, 3] <= self.region[1])).all(axis=1)
@@ -44,4 +44,4 @@ class Room:
         return good
 
 
-WHOLE_RANGE = Room()
+FULL_RANGE = Room()

@@ -1,4 +1,6 @@
-"""Effects that may be missing, as columns of a linear problem: `forms`, each effect a `candidate`.
+"""What each addition is worth on what a fit leaves, before it is fitted in full.
 
-The best `composition` of an effect's forms, what only forms it moved to where it explains most by `nonlinear`.
+Of the library: the `forms` of each effect, the best `composition` of them as a `candidate`, its `gain` (a score test),
+and what only shapes an effect moved to where it explains most (`nonlinear`). Of `curves`: each at every `place`; what
+is told of the best are `suspects`.
 """

@@ -138,36 +138,36 @@ class Screen:
     Args:
         problem: the fitted model beside the data; classes: of the effects, by key; free: masks of what the fit moves,
             by key.
-        stock: forms that several screens share; held: forms of effects that the model has, by key.
+        stock: forms that several screens share; fitted: forms of effects that the model has, by key.
     """
 
     problem: Problem
     classes: Mapping[str, type[Effect]]
     free: Masks = field(default_factory=dict)
     stock: FormCache = field(default_factory=FormCache)
-    held: dict[str, Forms] = field(default_factory=dict)
+    fitted: dict[str, Forms] = field(default_factory=dict)
 
     def forms(self, key: str, current: Effect | None) -> Forms:
         """Return the forms of an effect that may be missing, or that may be added to what there is of it.
 
-        Of a sum these are always single terms; `beside` appends one to the terms that are there.
+        Of a sum these are always single terms; `appended` appends one to the terms that are there.
 
         Args:
             key: of the effect; current: the effect as a search has composed it so far, None for nothing.
         """
-        cls, held = self.classes[key], self.problem.model.effect(key)
+        cls, fitted = self.classes[key], self.problem.model.effect(key)
         known = (key, *self._depends_on(cls))
-        if issubclass(cls, SumOfTerms) or (current is None and held is None):
+        if issubclass(cls, SumOfTerms) or (current is None and fitted is None):
             if known not in self.stock.forms:
                 self.stock.forms[known] = forms_of(self.problem, cls)
             return self.stock.forms[known]
         alone = self.stock.forms.get(known, ())
         if current is not None:
-            return forms_of(self.problem, cls, current, alone or self.held.get(key, ()))
-        if key not in self.held and held is not None:
-            found = forms_of(self.problem, cls, held, alone)
-            self.held[key] = Forms.of(g for f in found if (g := self._more(f, held)) is not None)
-        return self.held[key]
+            return forms_of(self.problem, cls, current, alone or self.fitted.get(key, ()))
+        if key not in self.fitted and fitted is not None:
+            forms = forms_of(self.problem, cls, fitted, alone)
+            self.fitted[key] = Forms.of(g for f in forms if (g := self._more(f, fitted)) is not None)
+        return self.fitted[key]
 
     def _depends_on(self, cls: type[Effect]) -> tuple[str, ...]:
         """Return keys of the model's effects that change how an effect of a class moves the arm.
@@ -186,10 +186,10 @@ class Screen:
         Args:
             key, current: as in `forms`.
         """
-        forms, there = self.forms(key, current), current or self.problem.model.effect(key)
+        forms, present = self.forms(key, current), current or self.problem.model.effect(key)
         odds = np.array([form.odds for form in forms], dtype=float)
         cls, others = self.classes[key], {e.key: e for e in self.problem.model.effects}
-        return odds * cls.rooms([f.effect for f in forms], there, others) if issubclass(cls, SumOfTerms) else odds
+        return odds * cls.rooms([f.effect for f in forms], present, others) if issubclass(cls, SumOfTerms) else odds
 
     def rarity(self, key: str) -> float:
         """Return 2 log of the prior odds against one effect among all that are tried, which is their number.
@@ -198,26 +198,26 @@ class Screen:
         """
         return 0.0 if self.problem.model.effect(key) is not None else 2 * float(np.log(len(self.classes)))
 
-    def beside(self, form: Form, current: Effect | None) -> Form:
+    def appended(self, form: Form, current: Effect | None) -> Form:
         """Return a form of a sum with its term appended to the terms that are there; other forms as they are.
 
         Args:
             current: the effect as a search has composed it so far; None for that of the model.
         """
-        there = current or self.problem.model.effect(form.key)
-        return form.beside(there) if isinstance(there, SumOfTerms) else form
+        present = current or self.problem.model.effect(form.key)
+        return form.appended(present) if isinstance(present, SumOfTerms) else form
 
-    def _more(self, form: Form, held: Effect) -> Form | None:
+    def _more(self, form: Form, fitted: Effect) -> Form | None:
         """Return a form of an effect of the model that also frees what the fit moves; None where it frees nothing new.
 
         What the fit already moves cannot be missing, even where it stands at a bound.
 
         Args:
-            held: the effect in the model.
+            fitted: the effect in the model.
         """
-        moved = self.free.get(held.key)
-        if len(form.refit) != len(held.vector()) or moved is None:
-            return form if len(form.refit) > len(held.vector()) else None
+        moved = self.free.get(fitted.key)
+        if len(form.refit) != len(fitted.vector()) or moved is None:
+            return form if len(form.refit) > len(fitted.vector()) else None
         return replace(form, refit=form.refit | moved) if (form.refit & ~moved).any() else None
 
 

@@ -38,17 +38,17 @@ def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
     best = int(np.argmax(worth))
     seen = np.flatnonzero((measured.count > 0) & np.isfinite(price))
     if not len(seen):
-        return _candidate(linear, screen.beside(forms[best], None), measured.of(best), float(price[best]))
+        return _candidate(linear, screen.appended(forms[best], None), measured.of(best), float(price[best]))
     narrow = int(forms.width[seen].min())
     thin = seen[forms.width[seen] == narrow]
     # A free function grows finer, too.
     widest = np.inf if forms[best].effect.roughness() is not None else narrow
     starts = [(best, np.inf), *([(int(thin[np.argmax(worth[thin])]), widest)] if len(thin) < len(seen) else [])]
-    found = [
-        _grow(screen, linear, screen.beside(forms[i], None), measured.of(i), float(price[i]), w)
+    grown = [
+        _grow(screen, linear, screen.appended(forms[i], None), measured.of(i), float(price[i]), w)
         for i, w in dict.fromkeys(starts)
     ]
-    chosen = replace(max(found, key=lambda c: c.evidence), visible=float(measured.visible[seen].max()))
+    chosen = replace(max(grown, key=lambda c: c.evidence), visible=float(measured.visible[seen].max()))
     if not chosen.curved:
         return chosen
     others = [_candidate(linear, forms[i], measured.of(i), float(price[i])) for i in _starts(forms, worth)]
@@ -86,17 +86,17 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float,
         linear: the fit without the effect; first: gain of the form; price: 2 log of the prior odds against it.
         widest: number of amplitudes that a form may have at most to be added.
     """
-    effect, free, labels, whole = form.effect, form.refit, [form.label], first
+    effect, free, labels, total = form.effect, form.refit, [form.label], first
     price += type(effect).unlikely
     columns = _columns(screen.problem, form, free)
     while True:
-        if nearer := _sharpened(screen.problem, linear, effect, whole, len(labels)):
-            nearest, whole, cost = nearer
+        if nearer := _sharpened(screen.problem, linear, effect, total, len(labels)):
+            nearest, total, cost = nearer
             effect, labels, columns = nearest.effect, nearest.label.split("; "), nearest.columns
             price += cost
         # As little as `gains` sees of a direction that the fitted parameters nearly make themselves.
         inner = linear.extended(columns, DIM**0.5)
-        further = _further(screen, inner, form.key, effect, widest) if whole.evidence > price else None
+        further = _further(screen, inner, form.key, effect, widest) if total.evidence > price else None
         if further is None:
             break
         option, cost = further
@@ -104,14 +104,14 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float,
         wide = _columns(screen.problem, option, mask, columns)
         flexible = option.effect.roughness() is not None
         trial = gain(linear, wide, int((mask & ~option.effect.amplitudes()).sum()), flexible)
-        if trial.evidence - cost <= whole.evidence:
+        if trial.evidence - cost <= total.evidence:
             break
         # A free function in another resolution is the same thing better said.
         labels = [*(labels[:-1] if flexible else labels), option.label]
-        effect, free, whole, columns = option.effect, mask, trial, wide
+        effect, free, total, columns = option.effect, mask, trial, wide
         price += cost
     label = "; ".join(text for text in labels if text)
-    return _candidate(linear, replace(form, effect=effect, refit=free, label=label), whole, price)
+    return _candidate(linear, replace(form, effect=effect, refit=free, label=label), total, price)
 
 
 def _candidate(linear: Linear, form: Form, brought: Gain, price: float) -> Candidate:
@@ -161,7 +161,7 @@ def _further(screen: Screen, inner: Linear, key: str, effect: Effect, widest: fl
         return None
     worth = np.where(forms.width <= widest, gains(inner, forms).evidence - prices, -np.inf)
     k = int(np.argmax(worth))
-    return None if worth[k] <= 0 else (screen.beside(forms[k], effect), float(prices[k]))
+    return None if worth[k] <= 0 else (screen.appended(forms[k], effect), float(prices[k]))
 
 
 def _columns(problem: Problem, form: Form, mask: NDArray[np.bool_], before: Array | None = None) -> Array:
@@ -170,6 +170,6 @@ def _columns(problem: Problem, form: Form, mask: NDArray[np.bool_], before: Arra
     Args:
         before: (N, k) columns of the terms before the form's own, if any.
     """
-    whole = form.columns if before is None else np.hstack([before, form.columns])
-    alike = whole.shape[1] == (mask & form.effect.amplitudes()).sum()
-    return whole if alike else columns_of(problem, form.effect, mask)
+    joined = form.columns if before is None else np.hstack([before, form.columns])
+    complete = joined.shape[1] == (mask & form.effect.amplitudes()).sum()
+    return joined if complete else columns_of(problem, form.effect, mask)

@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
+from postproc.effects.places import SEATED
 from postproc.estimation.evidence import schwarz
 from postproc.estimation.linear import Linear
 from postproc.estimation.problem import Problem
 from postproc.identification.curves.families import CurveForms
 from postproc.identification.curves.form import CurveForm, times_form
 from postproc.identification.curves.functions import FINE, sharper
-from postproc.identification.curves.prior import SEATED, UNNAMED_LOG_PRIOR, off_everywhere
+from postproc.identification.curves.prior import UNNAMED_LOG_PRIOR, off_everywhere
 from postproc.identification.screen.place import Place, excess_over_noise, taken_off, with_and_without_a_row
 from postproc.identification.screen.suspects import Suspect, places
 
@@ -24,7 +25,7 @@ MOST = 40
 SHARPER, NARROWER, SWITCHED = 1.65, 2.5, 3.0
 """As much more as a saw tooth may take off than its wave, a narrow window than a wide one around it, what acts in a
 third of the rows than the same in all."""
-ALIKE = 4.0
+INDISTINCT = 4.0
 """Edges whose worth differs by no more are not told apart: 95 % of the chi-square distribution."""
 Kind = tuple[tuple[str, ...], str]
 """Signals by their labels, and the kind of a pattern of them."""
@@ -54,22 +55,22 @@ class CurveScreen:
     least: float = np.inf
 
     def __post_init__(self) -> None:
-        self.moves = places(self.problem, weighed=bool(self.every.own))
+        self.moves = places(self.problem, weighed=bool(self.every.user_columns))
         anywhere = np.zeros(len(self.every.every))
         self.tried = tuple(one for where in self.moves for one in self._screened(where, anywhere))
 
-    def suspects(self, asked: float = 0.0) -> list[Suspect]:
+    def suspects(self, least: float = 0.0) -> list[Suspect]:
         """Return the patterns that explain most of the residual, strongest first, once for each of their channels.
 
         Args:
-            asked: log evidence below which a pattern may come back with numbers of the coarse grid.
+            least: log evidence below which a pattern may come back with numbers of the coarse grid.
         """
-        if asked < self.least:
+        if least < self.least:
             # Whatever is so near the best is sharpened in any case.
             sure = max(one.evidence for one in self.tried) - UNNAMED_LOG_PRIOR
-            found = [s for one in self._best(asked) for s in one.by_each_channel(excess_over_noise(self.linear))]
-            self.last = [*found[:1], *_together(found[:1], self.every), *found[1:]]
-            self.least = 0.0 if asked < sure else asked
+            ranked = [s for one in self._best(least) for s in one.by_each_channel(excess_over_noise(self.linear))]
+            self.last = [*ranked[:1], *_together(ranked[:1], self.every), *ranked[1:]]
+            self.least = 0.0 if least < sure else least
         return self.last
 
     def _screened(self, where: str, anywhere: Array) -> Iterator[Suspect]:
@@ -118,20 +119,20 @@ class CurveScreen:
         worth = schwarz(linear.square, linear.square - fall, columns.shape[1], linear.freedom) - self.every.price(form)
         return self._suspect(where, form, fall, float(worth))
 
-    def _best(self, asked: float) -> list[Suspect]:
+    def _best(self, least: float) -> list[Suspect]:
         """Return the best suspect for each place and set of channels, strongest first, at most `MOST`.
 
         Their log evidence is limited to what it is without the row that gains most, so that one bad reading makes no
         pattern.
 
         Args:
-            asked: log evidence below which patterns are not refined.
+            least: log evidence below which patterns are not refined.
         """
         once: dict[tuple[str, tuple[str, ...]], Suspect] = {}
-        for one in sorted((*self.tried, *self._sharpened(asked)), key=lambda s: -s.evidence):
+        for one in sorted((*self.tried, *self._sharpened(least)), key=lambda s: -s.evidence):
             once.setdefault((one.where, one.channels), one)
-        found = list(once.values())[:MOST]
-        return sorted((self._without_a_row(s) if s.evidence > 0 else s for s in found), key=lambda s: -s.evidence)
+        best = list(once.values())[:MOST]
+        return sorted((self._without_a_row(s) if s.evidence > 0 else s for s in best), key=lambda s: -s.evidence)
 
     def _without_a_row(self, one: Suspect) -> Suspect:
         """Return the suspect with its log evidence limited to what it is without the row that gains most by it."""
@@ -146,7 +147,7 @@ class CurveScreen:
             where: name of the place; falls: (P,) of the sum of squares; price: (P,) 2 log of the prior odds against
                 each.
             made: returns the k-th pattern.
-            top: how many suspects; a single one carries the patterns that fit equally well (`ALIKE`).
+            top: how many suspects; a single one carries the patterns that fit equally well (`INDISTINCT`).
         """
         seen = self._seen(where)
         square = seen.linear.square
@@ -155,8 +156,8 @@ class CurveScreen:
         order = order[np.argsort(-worth[order])]
         best = [self._suspect(where, made(k), float(falls[k]), float(worth[k])) for k in order.tolist()]
         if top == 1:
-            near = np.flatnonzero(worth > best[0].evidence - ALIKE)
-            best[0] = replace(best[0], alike=lambda: map(made, near[:FINE].tolist()))
+            near = np.flatnonzero(worth > best[0].evidence - INDISTINCT)
+            best[0] = replace(best[0], equally_good=lambda: map(made, near[:FINE].tolist()))
         return best
 
     def _seen(self, where: str) -> Place:
@@ -170,34 +171,34 @@ class CurveScreen:
             self.prepared[where] = Place(linear, place)
         return self.prepared[where]
 
-    def _sharpened(self, asked: float) -> list[Suspect]:
+    def _sharpened(self, required: float) -> list[Suspect]:
         """Return refined suspects: numbers on finer grids, and products with switches, where these may become the best.
 
         First the best pattern of each kind is refined at the place where it explains most, then it is restricted by
         switches of other channels, and what turns out best is tried at every place where it makes sense.
 
         Args:
-            asked: log evidence below which no suspect is of interest.
+            required: log evidence below which no suspect is of interest.
         """
         ranked = sorted(self.tried, key=lambda s: -s.evidence)
-        plain, asked = ranked[0].evidence, min(asked, 0.9 * self._evidence_with(ranked[0], np.inf))
-        found, closest = list[Suspect](), dict[Kind, Suspect]()
+        plain, required = ranked[0].evidence, min(required, 0.9 * self._evidence_with(ranked[0], np.inf))
+        refined, closest = list[Suspect](), dict[Kind, Suspect]()
         for one in ranked:
-            least = max(asked, plain - UNNAMED_LOG_PRIOR)
+            least = max(required, plain - UNNAMED_LOG_PRIOR)
             if self._evidence_with(one, NARROWER) < least:
                 break
             if _kind(one) not in closest and (one.form.kind == "window" or self._evidence_with(one, SHARPER) >= least):
-                closest[_kind(one)] = self._refined(one, found)
+                closest[_kind(one)] = self._refined(one, refined)
                 plain = max(plain, closest[_kind(one)].evidence)
         best = max([ranked[0], *closest.values()], key=lambda s: s.evidence)
         for one in closest.values():
-            more = self._switched(one, max(asked, best.evidence))
-            switched = [self._refined(other, more) for other in more[:1]]
+            products = self._switched(one, max(required, best.evidence))
+            switched = [self._refined(other, products) for other in products[:1]]
             if switched and switched[0].evidence > best.evidence:
-                best, found = switched[0], [*found, *more]
+                best, refined = switched[0], [*refined, *products]
         # A pattern is no more at home in what moves every direction in its own way.
         others = (where for where in self.moves if where != best.where and self.every.sensible(best.form, where))
-        return [*found, *(self._tested(where, best.form) for where in others)]
+        return [*refined, *(self._tested(where, best.form) for where in others)]
 
     def _evidence_with(self, one: Suspect, times: float, tries: float = 1.0) -> float:
         """Return the log evidence of a suspect if its fall of the sum of squares and its rivals were multiplied.
@@ -210,17 +211,17 @@ class CurveScreen:
         worth = float(schwarz(square, max(square - times * one.fall, 0.01 * square), seen.count, seen.linear.freedom))
         return worth - 2 * float(np.log(tries)) - self.every.price(one.form)
 
-    def _refined(self, one: Suspect, found: list[Suspect]) -> Suspect:
+    def _refined(self, one: Suspect, refined: list[Suspect]) -> Suspect:
         """Return the best suspect of all levels while the numbers of its pattern are refined level by level.
 
         Args:
-            found: the best suspect of every level is appended to it.
+            refined: the best suspect of every level is appended to it.
         """
         best = one
         while near := sharper(one.form):
             price = near.of_blocks(lambda b: self.every.price(b.like))
-            found += self._ranked(one.where, self._seen(one.where).falls(near.values), price, near.__getitem__, 1)
-            one = found[-1]
+            refined += self._ranked(one.where, self._seen(one.where).falls(near.values), price, near.__getitem__, 1)
+            one = refined[-1]
             best = max(best, one, key=lambda s: s.evidence)
         return best
 
@@ -248,10 +249,10 @@ class CurveScreen:
             return replace(group[at], tries=one.form.tries * len(which))
 
         price = np.full(len(falls), 2 * np.log(len(which)) + self.every.price(one.form))
-        found = self._ranked(one.where, falls, price, made, 1)
+        ranked = self._ranked(one.where, falls, price, made, 1)
         # A switch that is worth its price is nearly so at the coarse edge nearest to its own.
         near = one.evidence - UNNAMED_LOG_PRIOR
-        return [s for s in found if s.evidence > near and self.every.sensible(s.form, s.where)]
+        return [s for s in ranked if s.evidence > near and self.every.sensible(s.form, s.where)]
 
 
 def _kind(one: Suspect) -> Kind:

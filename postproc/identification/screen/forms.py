@@ -47,13 +47,13 @@ class Form:
         """Number of screened amplitudes, which a score test judges together."""
         return int(self.screened.sum())
 
-    def beside(self, effect: SumOfTerms) -> Form:
+    def appended(self, effect: SumOfTerms) -> Form:
         """Return the form with its term appended to those of an effect; its columns stay those of its own term."""
         assert isinstance(self.effect, SumOfTerms)
         marked = self.effect.with_vector(self.screened.astype(float))
-        whole, last = effect.plus(self.effect), effect.with_vector(0 * effect.vector()).plus(marked)
-        every = np.ones(len(whole.vector()), dtype=bool)
-        return replace(self, effect=whole, refit=every, screened=last.vector() > 0)
+        total, last = effect.plus(self.effect), effect.with_vector(0 * effect.vector()).plus(marked)
+        every = np.ones(len(total.vector()), dtype=bool)
+        return replace(self, effect=total, refit=every, screened=last.vector() > 0)
 
 
 @dataclass(frozen=True)
@@ -97,10 +97,10 @@ class Forms:
     @classmethod
     def of(cls, every: Iterable[Form]) -> Forms:
         """Return forms with their columns stacked by width, at most `NUMBERS_AT_ONCE` numbers in a stack."""
-        forms, stacks, alike = list(every), list[Stack](), dict[int, list[int]]()
+        forms, stacks, by_width = list(every), list[Stack](), dict[int, list[int]]()
         for i, form in enumerate(forms):
-            alike.setdefault(form.width, []).append(i)
-        for width, index in alike.items():
+            by_width.setdefault(form.width, []).append(i)
+        for width, index in by_width.items():
             for rows in blocks(len(index), max(1, int(NUMBERS_AT_ONCE / forms[index[0]].columns.size))):
                 stacks.append(Stack.of([forms[i] for i in index[rows]], index[rows]))
                 for k, i in enumerate(index[rows]):
@@ -129,16 +129,16 @@ def forms_of(problem: Problem, cls: type[Effect], current: Effect | None = None,
         cls: class of the effect; current: the effect as the search or the model has it, None for nothing.
         alone: its forms on a model without it, whose columns are used again where ``current`` is null and linear.
     """
-    found: list[Form | None] = []
+    forms: list[Form | None] = []
     small = current is not None and current.is_null and bool(current.amplitudes().all())
     known = {form.label: form for form in alone if form.label} if small else {}
     for v in cls.variants(problem.sensitivity.state, current):
         same = known.get(v.label)
         if same is None or same.width != v.free.sum():
-            found.append(make_form(problem, v))
+            forms.append(make_form(problem, v))
         else:
-            found.append(replace(same, effect=v.effect, refit=v.refit, screened=v.free, odds=v.odds))
-    return Forms.of(form for form in found if form is not None)
+            forms.append(replace(same, effect=v.effect, refit=v.refit, screened=v.free, odds=v.odds))
+    return Forms.of(form for form in forms if form is not None)
 
 
 def forms_nearby(problem: Problem, effect: Effect, new: int) -> Forms:

@@ -43,8 +43,8 @@ class Gain:
 def gains(linear: Linear, forms: Forms) -> Gain:
     """Return the gain of every form, (M,) each, beside the fitted parameters (score test, no refit)."""
     order = np.argsort(np.concatenate([stack.index for stack in forms.stacks]))
-    found = [_gains(linear, stack) for stack in forms.stacks]
-    return Gain(*(np.concatenate([getattr(f, each.name) for f in found])[order] for each in fields(Gain)))
+    parts = [_gains(linear, stack) for stack in forms.stacks]
+    return Gain(*(np.concatenate([getattr(f, each.name) for f in parts])[order] for each in fields(Gain)))
 
 
 def gain(linear: Linear, columns: Array, forming: int = 0, flexible: bool = False) -> Gain:
@@ -70,7 +70,7 @@ def _gains(linear: Linear, stack: Stack) -> Gain:
     before, freedom, forming = linear.square, float(linear.freedom), stack.forming
     M, width = stack.gram.shape[:2]
     inside = (linear.nuisance.T @ stack.values).reshape(-1, M, width).transpose(1, 0, 2)
-    along = (stack.values.T @ linear.rest).reshape(M, width)
+    along = (stack.values.T @ linear.projected_residual).reshape(M, width)
     length = np.diagonal(stack.gram, axis1=1, axis2=2)
     G = stack.gram - inside.transpose(0, 2, 1) @ inside
     value, vector = np.linalg.eigh(G)
@@ -80,8 +80,8 @@ def _gains(linear: Linear, stack: Stack) -> Gain:
     seen = value > DIM * np.einsum("mij,mi->mj", vector**2, length)
     count = seen.sum(axis=1)
     fall = np.minimum(np.sum(part * seen / np.where(seen, value, 1.0), axis=1), before)
-    left = freedom - count - forming
-    s2 = np.maximum(before - fall, ROUNDING_SHARE * before) / np.maximum(left, 1.0)
+    free = freedom - count - forming
+    s2 = np.maximum(before - fall, ROUNDING_SHARE * before) / np.maximum(free, 1.0)
     worth = np.full(M, -np.inf)
     for decade in DECADES:
         wide = ((WIDE * decade) ** 2 / s2)[:, None]
@@ -95,13 +95,15 @@ def _gains(linear: Linear, stack: Stack) -> Gain:
     # A free function must earn every coefficient, or it would stand in for any effect of a few parameters.
     for m in np.flatnonzero(stack.flexible):
         worth[m] = min(worth[m], schwarz(before, before - fall[m], count[m], freedom))
-    good = (count > 0) & (left >= 1)
+    good = (count > 0) & (free >= 1)
     visible = np.sqrt(value.sum(axis=1))
     every = (fall, 0.0), (count + forming, 0), (visible, 0.0), (worth, -np.inf)
-    return Gain(*(np.where(good, found, nothing) for found, nothing in every))
+    return Gain(*(np.where(good, value_of, nothing) for value_of, nothing in every))
 
 
-def laplace(linear: Linear, rest: float, gram: Array, effect: Effect, robot: Robot, index: NDArray[np.int_]) -> float:
+def laplace(
+    linear: Linear, remaining: float, gram: Array, effect: Effect, robot: Robot, index: NDArray[np.int_]
+) -> float:
     """Return the log evidence of fitted parameters of one effect, each counted by what it moves in the data.
 
     Amplitudes scatter by three ordinary sizes a priori, or by a decade more or less as in `gains`; parameters that only
@@ -115,13 +117,13 @@ def laplace(linear: Linear, rest: float, gram: Array, effect: Effect, robot: Rob
     """
     x, wide, amplitude = effect.vector()[index], ordinary_sizes(effect, robot)[index], effect.amplitudes()[index]
     places = ~effect.amplitudes() & (effect.bounds()[0] < 0)  # those that stopped at a bound, too
-    outside = float(np.sum((effect.vector()[places] / (WIDE * effect.scale()[places])) ** 2))
-    s2 = rest / max(linear.freedom - len(x), 1)
+    implausible = float(np.sum((effect.vector()[places] / (WIDE * effect.scale()[places])) ** 2))
+    s2 = remaining / max(linear.freedom - len(x), 1)
     worth = -np.inf
     for decade in DECADES:
         scatter = np.where(amplitude, WIDE * decade * wide, np.maximum(np.abs(x), wide))
         information = np.maximum(np.linalg.eigvalsh(gram * np.outer(scatter, scatter)), 0.0) / s2
-        after = rest + s2 * (float(np.sum((x[amplitude] / scatter[amplitude]) ** 2)) + outside)
-        found = log_evidence(linear.square, after, linear.freedom, information)
-        worth = max(worth, float(found) - 2 * abs(float(np.log(decade))))
+        after = remaining + s2 * (float(np.sum((x[amplitude] / scatter[amplitude]) ** 2)) + implausible)
+        evidence = log_evidence(linear.square, after, linear.freedom, information)
+        worth = max(worth, float(evidence) - 2 * abs(float(np.log(decade))))
     return worth

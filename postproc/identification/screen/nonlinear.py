@@ -76,10 +76,10 @@ class SubsampledProblem:
         if at not in self.known:
             unit = np.zeros((6, len(seen.state), 54))
             unit[np.arange(6), :, np.arange(first, first + 6)] = 1.0
-            found = np.zeros((*seen.matrix.shape[:2], 6))
+            moved = np.zeros((*seen.matrix.shape[:2], 6))
             for k, one in enumerate(unit):
-                found[:, :, k] = seen.by_places(seen.by_load(one, seen.state))
-            self.known[at] = found
+                moved[:, :, k] = seen.by_places(seen.by_load(one, seen.state))
+            self.known[at] = moved
         return self.known[at]
 
 
@@ -118,8 +118,8 @@ def refit_form(screen: Screen, linear: Linear, candidate: Candidate, least: floa
         screen: the forms of all effects; linear: the fit that leaves the residual.
         least: log evidence below which the candidate is of no interest, and comes back unchanged.
     """
-    held = screen.problem.model.effect(candidate.key) is not None
-    if held or not candidate.forming or not candidate.starts or not candidate.effect.is_null:
+    fitted = screen.problem.model.effect(candidate.key) is not None
+    if fitted or not candidate.forming or not candidate.starts or not candidate.effect.is_null:
         return candidate
     seen = subsampled(screen, linear)
     some = list(candidate.starts)
@@ -131,11 +131,13 @@ def refit_form(screen: Screen, linear: Linear, candidate: Candidate, least: floa
         some = list(first.values())[:enough]
         if tries == STAGES[0][0]:
             some += [other for c in some for other in _relatives(screen, c)]
-        share = min(TWICE * (1 - moved[0][1] / float(seen.linear.rest @ seen.linear.rest)), 0.999)
+        share = min(
+            TWICE * (1 - moved[0][1] / float(seen.linear.projected_residual @ seen.linear.projected_residual)), 0.999
+        )
         if -linear.freedom * np.log1p(-share) - candidate.price < least:
             return candidate
-    whole = SubsampledProblem(screen.problem, linear, screen.stock.by_load)
-    some = [_optimised(whole, c, *AT_LAST)[0] for c in some]
+    all_poses = SubsampledProblem(screen.problem, linear, screen.stock.by_load)
+    some = [_optimised(all_poses, c, *AT_LAST)[0] for c in some]
     every = sorted((_judged(screen, linear, c) for c in some), key=lambda c: -c.evidence)
     near = tuple(c for c in every if c.evidence > every[0].evidence - CLOSE_EVIDENCE)
     return replace(max(every[0], candidate, key=lambda c: c.evidence), visible=candidate.visible, starts=near)
@@ -155,8 +157,8 @@ def _optimised(
     Args:
         tries, closely: as in `optimise_nonlinear`.
     """
-    effect, left = optimise_nonlinear(seen, start.effect, start.free, tries, closely)
-    return replace(start, effect=effect), left
+    effect, remaining = optimise_nonlinear(seen, start.effect, start.free, tries, closely)
+    return replace(start, effect=effect), remaining
 
 
 def _judged(screen: Screen, linear: Linear, start: Candidate) -> Candidate:
@@ -170,14 +172,17 @@ def _judged(screen: Screen, linear: Linear, start: Candidate) -> Candidate:
     inside = linear.project(columns)
     x, index, amplitude = effect.vector(), np.flatnonzero(start.free), effect.amplitudes()[start.free]
     low, high = effect.bounds()
-    own = index[amplitude]
-    best = np.linalg.lstsq(inside[:, amplitude], linear.rest, rcond=1e-9)[0]
-    x[own] = np.clip(best, low[own], high[own])
-    fall = float(x[own] @ (2 * columns.T @ linear.rest - columns.T @ inside[:, amplitude] @ x[own])[amplitude])
-    rest = max(linear.square - fall, 0.0)
+    indices = index[amplitude]
+    best = np.linalg.lstsq(inside[:, amplitude], linear.projected_residual, rcond=1e-9)[0]
+    x[indices] = np.clip(best, low[indices], high[indices])
+    fall = float(
+        x[indices]
+        @ (2 * columns.T @ linear.projected_residual - columns.T @ inside[:, amplitude] @ x[indices])[amplitude]
+    )
+    remaining = max(linear.square - fall, 0.0)
     effect = effect.with_vector(x)
-    worth = laplace(linear, rest, columns.T @ inside, effect, screen.problem.model.robot, index) - start.price
-    p = f_test(linear.square, rest, start.count, linear.freedom - start.count, start.price)
+    worth = laplace(linear, remaining, columns.T @ inside, effect, screen.problem.model.robot, index) - start.price
+    p = f_test(linear.square, remaining, start.count, linear.freedom - start.count, start.price)
     return replace(start, effect=effect, evidence=worth, fall=fall, p_value=p)
 
 
@@ -219,25 +224,25 @@ def optimise_nonlinear(
 
     def rest(z: Array) -> Array:
         """Return the residual at z, and the weak pulls below it."""
-        return np.concatenate([seen.linear.rest - project([at(z)])[:, 0], weak * z])
+        return np.concatenate([seen.linear.projected_residual - project([at(z)])[:, 0], weak * z])
 
     def slope(z: Array) -> Array:
         """Return the derivative of `rest` at z."""
         step = np.where(z + inside > high, -inside, inside)
-        found = project([at(z), *(at(z + one) for one in np.diag(step))])
-        return np.vstack([(found[:, :1] - found[:, 1:]) / step, np.diag(weak)])
+        answers = project([at(z), *(at(z + one) for one in np.diag(step))])
+        return np.vstack([(answers[:, :1] - answers[:, 1:]) / step, np.diag(weak)])
 
     begin = x[index].copy()
     if effect.is_null:
         # Where the amplitudes vanish nothing forms an effect: those that the data suggests.
         ones = begin * ~amplitude + np.diag(size)[amplitude]
         C = project([at(one) for one in ones])
-        s2 = float(seen.linear.rest @ seen.linear.rest) / max(len(C), 1)
-        a = np.linalg.solve(C.T @ C + 0.01 * s2 * np.eye(C.shape[1]), C.T @ seen.linear.rest)
+        s2 = float(seen.linear.projected_residual @ seen.linear.projected_residual) / max(len(C), 1)
+        a = np.linalg.solve(C.T @ C + 0.01 * s2 * np.eye(C.shape[1]), C.T @ seen.linear.projected_residual)
         begin[amplitude] = size[amplitude] * np.where(np.abs(a) > 0.1, a, 0.1)
     start = np.clip(begin, low + inside, high - inside)
     scale = np.where(amplitude, size, 0.5 * size)
     bounds, few = (low, high), {"ftol": closely, "xtol": closely / 30, "max_nfev": tries}
-    found = least_squares(rest, start, slope, bounds=bounds, x_scale=scale, **few)
-    left = found.fun[: len(seen.linear.rest)]
-    return at(found.x), float(left @ left)
+    solution = least_squares(rest, start, slope, bounds=bounds, x_scale=scale, **few)
+    residual = solution.fun[: len(seen.linear.projected_residual)]
+    return at(solution.x), float(residual @ residual)

@@ -25,8 +25,11 @@ def taken_off(linear: Linear, columns: Array) -> tuple[Array, Array]:
         linear: the fit so far; columns: (N, m) whitened; the fitted parameters are projected out of them first.
     """
     inside = linear.project(columns)
-    fitted = inside @ np.linalg.lstsq(inside, linear.rest, rcond=1e-6)[0]
-    square, after = (np.bincount(linear.row, x**2).astype(float) for x in (linear.rest, linear.rest - fitted))
+    fitted = inside @ np.linalg.lstsq(inside, linear.projected_residual, rcond=1e-6)[0]
+    square, after = (
+        np.bincount(linear.row, x**2).astype(float)
+        for x in (linear.projected_residual, linear.projected_residual - fitted)
+    )
     return square, square - after
 
 
@@ -40,11 +43,11 @@ def with_and_without_a_row(linear: Linear, columns: Array) -> tuple[float, float
     """
     square, taken = taken_off(linear, columns)
     others = np.arange(len(square)) != np.argmax(taken)
-    whole, less = (
+    all_rows, less = (
         float(schwarz(square[some].sum(), (square - taken)[some].sum(), columns.shape[1], linear.freedom))
         for some in (np.full(len(square), True), others)
     )
-    return whole, less
+    return all_rows, less
 
 
 def explained(gram: Array, along: Array, least: Array) -> Array:
@@ -54,13 +57,13 @@ def explained(gram: Array, along: Array, least: Array) -> Array:
         gram: (m, m, P) matrices G, of which the upper triangle is read; along: (m, P) vectors b.
         least: (P,) added to the diagonal.
     """
-    found = np.zeros(along.shape[1])
+    total = np.zeros(along.shape[1])
     for i in range(len(along)):
         pivot, row = gram[i, i] + least, gram[i, i + 1 :]
-        found += along[i] ** 2 / pivot
+        total += along[i] ** 2 / pivot
         along[i + 1 :] -= row / pivot * along[i]
         gram[i + 1 :, i + 1 :] -= (row / pivot)[:, None] * row
-    return found
+    return total
 
 
 class Place:
@@ -83,9 +86,9 @@ class Place:
         self.square = np.array([both[:, i, j] for i, j in self.pairs])
         self.squared: Single = self.square.astype(np.float32)
         inside = linear.by_row(linear.nuisance, place).transpose(2, 1, 0)  # (m, k, n) with the fitted columns
-        self.linear, self.rest = linear, linear.by_row(linear.rest[:, None], place)[:, 0].T
+        self.linear, self.residual = linear, linear.by_row(linear.projected_residual[:, None], place)[:, 0].T
         # What a pattern is multiplied with, in single precision, which is twice as fast for many of them.
-        self.straight: Single = np.vstack([*inside, self.rest]).astype(np.float32)
+        self.straight: Single = np.vstack([*inside, self.residual]).astype(np.float32)
 
     def falls(self, values: Single) -> Array:
         """Return (P,) falls of the sum of squares when the place moves by each of P patterns with sizes that fit best.
@@ -101,8 +104,8 @@ class Place:
         for at in range(0, P, CHUNK):
             b = values[:, at : at + CHUNK]
             b = b[self.pose] if len(self.pose) < len(values) else b
-            found = self.straight @ b
-            inside, along = found[:-m].reshape(m, -1, b.shape[1]), found[-m:].astype(float)
+            products = self.straight @ b
+            inside, along = products[:-m].reshape(m, -1, b.shape[1]), products[-m:].astype(float)
             alone = (self.squared @ b**2).astype(float)
             gram = np.zeros((m, m, b.shape[1]))
             for (i, j), square in zip(self.pairs, alone, strict=True):

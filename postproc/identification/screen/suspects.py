@@ -4,25 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import Any
 
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.channels.sight import READINGS, moved_by_reading
-from postproc.channels.tool import leaning, overturning_moment
+from postproc.channels.sight import Site
+from postproc.effects.base import Effect
+from postproc.effects.bases import TIMES
+from postproc.effects.places import LOADED, PLACES, SEATED
 from postproc.effects.registry import effect_in_role
 from postproc.effects.roles import Role
 from postproc.estimation.linear import Linear
 from postproc.estimation.problem import Problem
 from postproc.identification.curves.form import CurveForm, times_form
-from postproc.identification.curves.prior import FRAMES, LOADED, SEATED, UNNAMED_LOG_PRIOR, off_everywhere
-from postproc.identification.curves.tool import LEANS
+from postproc.identification.curves.prior import UNNAMED_LOG_PRIOR, off_everywhere
 from postproc.identification.screen.place import excess_over_noise, taken_off
-from postproc.model.derivatives.places import BODY, INSTRUMENT, TOOL
 
-TOLD = 5
+MOST_REPORTED = 5
 """Suspects that are told at most."""
 
 
@@ -32,7 +32,7 @@ class Suspect:
 
     Args:
         where: name of the place (`places`); place: (n, r, m) derivative of the prediction by its moves.
-        form: the pattern; alike: returns those that the data does not tell from it.
+        form: the pattern; equally_good: returns those that the data does not tell from it.
         fall: of the whitened sum of squares; evidence: log evidence, less the price.
         price: 2 log of the prior odds against it among all patterns, including those of having no name.
         channel: under which it is reported; one that the pattern does not depend on varies along with one that it does.
@@ -47,7 +47,7 @@ class Suspect:
     price: float
     channel: str
     share: float = 0.0
-    alike: Callable[[], Iterable[CurveForm]] = tuple
+    equally_good: Callable[[], Iterable[CurveForm]] = tuple
 
     @property
     def key(self) -> str:
@@ -59,23 +59,36 @@ class Suspect:
         """(n,) value of the pattern in every row, or (n, k) for k parts with a size each."""
         return self.form.values
 
-    @property
-    def terms(self) -> list[dict[str, Any]]:
-        """The fields of `curve`, one dictionary for each of its terms."""
+    def effect(self, site: Site, sizes: Array | None = None) -> Effect:
+        """Return the effect `curve` that moves the place so.
+
+        Args:
+            site: where the measured point and the instrument are; sizes: (m,) its amplitudes in the order of
+                `columns`; null without them.
+        """
+        cls: Any = effect_in_role(Role.CURVE)
         largest = float(np.abs(self.form.raw).max()) or 1.0
         every = [(factors, gaps, largest) for factors, gaps in self.form.factors_of_terms]
         every += [([("1", "line", (0.0,))], (0.0,), 1.0)] if off_everywhere(self.where) else []
-        return [
-            {
-                "place": (self.where,),
-                "channels": (" * ".join(name for name, *_ in factors),),
-                "basis": (" * ".join(basis for _, basis, _ in factors),),
-                "numbers": tuple(x for *_, numbers in factors for x in numbers),
-                "gap": gaps,
-                "largest": (size,),
-            }
+        terms = [
+            cls(
+                place=(self.where,),
+                channels=(TIMES.join(name for name, *_ in factors),),
+                basis=(TIMES.join(basis for _, basis, _ in factors),),
+                numbers=tuple(x for *_, numbers in factors for x in numbers),
+                gap=gaps,
+                largest=(size,),
+                point_m=site.point,
+                instrument_m_rad=site.instrument,
+            )
             for factors, gaps, size in every
         ]
+        if sizes is not None:
+            moves, parts = self.place.shape[2], len(self.form.factors_of_terms)
+            by_term = [*sizes[: moves * parts].reshape(moves, parts).T, sizes[moves * parts :]]
+            terms = [term.with_vector(x) for term, x in zip(terms, by_term, strict=False)]
+        [effect] = joined(terms)
+        return effect
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -85,9 +98,9 @@ class Suspect:
     @cached_property
     def pattern(self) -> str:
         """Description of the pattern for people, with a note where the channel merely varies along with its own."""
-        said = self.form.told(tuple(self.alike())).rstrip(",")
+        sentence = self.form.sentence_with(tuple(self.equally_good())).rstrip(",")
         together = self.channel not in self.form.channels
-        return f"{said}; {self.channel} goes with {self.form.channels[0]} here" if together else said
+        return f"{sentence}; {self.channel} goes with {self.form.channels[0]} here" if together else sentence
 
     def columns(self, problem: Problem) -> Array:
         """Return (N, m) whitened derivatives by the suspect's m sizes, for the rows that a problem uses."""
@@ -111,13 +124,18 @@ class Suspect:
         fall = float(taken_off(linear, self.columns(problem))[1].sum())
         return replace(self, fall=fall).by_each_channel(excess_over_noise(linear))
 
-    def by_each_channel(self, left: float) -> list[Suspect]:
+    def by_each_channel(self, excess: float) -> list[Suspect]:
         """Return the suspect once per channel, with the share that it explains.
 
         Args:
-            left: the excess of the whitened sum of squares over the noise, of which the share is taken.
+            excess: the excess of the whitened sum of squares over the noise, of which the share is taken.
         """
-        return [replace(self, channel=c, share=min(1.0, self.fall / left)) for c in self.channels]
+        return [replace(self, channel=c, share=min(1.0, self.fall / excess)) for c in self.channels]
+
+
+def joined(curves: Sequence[Effect]) -> list[Effect]:
+    """Return the terms of several curves as one effect, in a list; an empty list of none."""
+    return [reduce(lambda first, other: first.plus(other), curves)] if curves else []  # type: ignore[attr-defined]
 
 
 def places(problem: Problem, weighed: bool = True) -> dict[str, Array]:
@@ -130,38 +148,23 @@ def places(problem: Problem, weighed: bool = True) -> dict[str, Array]:
     Args:
         weighed: whether carried weights are places, too.
     """
-    J = problem.sensitivity.matrix
-    found = {f"joint {j + 1}": J[:, :, j : j + 1] for j in range(6)}
-    found["base"] = J[:, :, BODY + 3 : BODY + 6]
-    found["instrument"] = J[:, :, INSTRUMENT : INSTRUMENT + 3]
-    found["instrument, turned"] = J[:, :, INSTRUMENT + 3 : INSTRUMENT + 6]
-    for frame, first in zip(FRAMES, (INSTRUMENT, BODY), strict=True):
-        found[frame] = J[:, :, first : first + 6]
-    lean = overturning_moment(problem.sensitivity.state)
-    if lean is not None:
-        turn, shift = np.moveaxis(leaning(lean), 2, 0)
-        parts = (J[:, :, BODY + 3 : BODY + 6] @ turn[:, :, None], J[:, :, BODY : BODY + 3] @ shift[:, :, None])
-        found[LEANS] = np.concatenate(parts, axis=2)
-    found["tool"] = J[:, :, TOOL : TOOL + 3]
-    if J.shape[1] > 3:
-        found[SEATED] = J[:, :, TOOL : TOOL + 6]
-    seen = problem.rest.T_instrument_tcp[:, :3, 3]
-    for reading in READINGS:
-        moves = moved_by_reading(seen, reading)
-        found[f"instrument, {reading}"] = np.pad(moves, ((0, 0), (0, J.shape[1] - 3)))[:, :, None]
     # A compliance that a missing load has pushed towards zero would hide it.
     springs = replace(problem.sensitivity, springs=problem.softer.springs)
-    for name, b in LOADED.items() if weighed else ():
-        weight = effect_in_role(Role.CARRIED_MASS).null(body=(b,))
-        found[name] = springs.by_parameter(weight, weight.amplitudes())
-    for b in range(1, 6):
-        found[f"body {b}"] = J[:, :, BODY + 6 * b + 3 : BODY + 6 * b + 6]
-        found[f"body {b}, shifted"] = J[:, :, BODY + 6 * b : BODY + 6 * b + 3]
-    return {name: columns for name, columns in found.items() if columns.any()}
+    site = problem.site
+    orientations, cls = problem.sensitivity.matrix.shape[1] > 3, effect_in_role(Role.CURVE)
+    moves_of = {}
+    for place in PLACES:
+        if (place == SEATED and not orientations) or (place in LOADED and not weighed):
+            continue
+        constant = cls.null(place=(place,), channels=("1",), point_m=site.point, instrument_m_rad=site.instrument)
+        moves = springs.by_parameter(constant, constant.amplitudes())
+        if moves.any():
+            moves_of[place] = moves
+    return moves_of
 
 
 def by_channel(suspects: Sequence[Suspect], beside: Sequence[Suspect] = ()) -> list[Suspect]:
-    """Return at most `TOLD` suspects to report: the strongest of each channel, and other structures that were found.
+    """Return at most `MOST_REPORTED` suspects: the strongest of each channel, and others that were found.
 
     First the strongest pattern, then those found beside it, its second channel, another place that it cannot be told
     from (or the joint on which a weight acts), then other channels that explain nearly the same.
@@ -177,14 +180,14 @@ def by_channel(suspects: Sequence[Suspect], beside: Sequence[Suspect] = ()) -> l
     further = [replace(s, share=min(1.0, s.fall / all_)) for s in beside]
     # A second part that follows the same there comes after another channel of the first.
     again = [(s.channel, s.where) == (first.channel, first.where) for s in further]
-    new, more = ([s for s, its in zip(further, again, strict=True) if its is which] for which in (False, True))
+    new, repeated = ([s for s, its in zip(further, again, strict=True) if its is which] for which in (False, True))
     # What else the same place follows comes before other places.
     best: dict[str, Suspect] = {}
     for suspect in sorted(likely, key=lambda s: s.where != first.where):
         best.setdefault(suspect.channel, suspect)
     known = {s.channel for s in same}
     dresses = [s for s in best.values() if s.channel not in known]
-    return [*same[:1], *new, *same[1:2], *more, *_elsewhere(suspects, likely), *dresses][:TOLD]
+    return [*same[:1], *new, *same[1:2], *repeated, *_elsewhere(suspects, likely), *dresses][:MOST_REPORTED]
 
 
 def _likely(suspects: Sequence[Suspect]) -> list[Suspect]:

@@ -218,7 +218,7 @@ def _residual(fit: Fit, k: int) -> Array:
         k: of `model.derivatives.places`.
     """
     error = fit.observed_error.copy()
-    error[list(fit.set_aside)] = np.nan
+    error[list(fit.excluded)] = np.nan
     if fit.observed.name == "joint":
         return error[:, k] if k < BODY else np.full(len(error), np.nan)
     if fit.observed.name != "position":

@@ -93,7 +93,9 @@ def suspect_chart(fit: Fit, suspect: Suspect, noise: float | None) -> str:
     if suspect.channel not in named or suspect.values.ndim > 1 or not ours:
         return ""
     linear, sizes = fit.linear, suspect_size(fit, suspect)
-    residual = fit.problem.weights.measured(linear.rest - linear.project(suspect.columns(fit.problem)) @ sizes)
+    residual = fit.problem.weights.measured(
+        linear.projected_residual - linear.project(suspect.columns(fit.problem)) @ sizes
+    )
     ways = sizes[: suspect.place.shape[2]]
     along = ways / np.linalg.norm(ways) if len(ways) > 1 else np.ones(1)
     lever = (suspect.place[:, :3] @ along) * np.isfinite(fit.problem.error[:, :3])

@@ -96,7 +96,7 @@ def distance_chart(fit: Fit, noise: float | None, held_out: bool) -> str:
     """
     unit = fit.observed.unit
     error = fit.observed_error.copy()
-    error[list(fit.set_aside)] = np.nan
+    error[list(fit.excluded)] = np.nan
     curves: dict[str, tuple[str, Array]] = {"in the fit" if held_out else "poses": ("fit", 1e3 * distances(error))}
     if held_out:
         curves["held out"] = ("means", 1e3 * distances(fit.held_out_error))
@@ -121,7 +121,7 @@ def _in_base(fit: Fit, rows: Array) -> tuple[Array, Array]:
         rows: (k,) indices of the measurements.
     """
     error = np.nan_to_num(fit.position_error[rows])
-    equilibrium = fit.problem.rest
+    equilibrium = fit.problem.equilibrium
     error = np.einsum("nji,nj->ni", equilibrium.R_instrument_base[rows], error)
     return error, equilibrium.T_base_tcp[rows, :3, 3]
 
@@ -137,7 +137,7 @@ def _sample_program(model: Model, fit: Fit, rows: Array) -> list[Values]:
         One entry a pose: its ``name``, and the positions ``programmed`` and ``written`` [mm] of the TCP.
     """
     index = rows[np.linspace(0, len(rows) - 1, min(MOST_TARGETS_DRAWN, len(rows))).astype(int)]
-    state = fit.problem.rest.state.rows(index)
+    state = fit.problem.equilibrium.state.rows(index)
     if not fit.data.tool_known:
         # Nobody said which tool it was: what was fitted is the tool, and no error of it.
         frames = [displacement_of(e, state).tool for e in model.effects if e.is_frame]

@@ -48,7 +48,7 @@ def bic(one: Set) -> dict[str, Any]:
         for key in (k for k in classes if fit.model.effect(k) is None):
             for form in forms_of(fit.problem, classes[key]):
                 inside = linear.project(form.columns)
-                left = linear.rest - inside @ np.linalg.lstsq(inside, linear.rest, rcond=1e-6)[0]
+                left = linear.projected_residual - inside @ np.linalg.lstsq(inside, linear.projected_residual, rcond=1e-6)[0]
                 count = int(form.refit.sum())
                 gained = n * np.log(linear.square / float(left @ left)) - count * np.log(n)
                 if gained > best:
@@ -69,7 +69,7 @@ def bic(one: Set) -> dict[str, Any]:
 def gaussian_process(one: Set) -> dict[str, Any]:
     """Every coordinate by a process over the channels beside the base, whose parameters stay free (universal kriging)."""
     base = base_fit(one)
-    used = np.setdiff1d(np.arange(len(one.data)), base.set_aside)
+    used = np.setdiff1d(np.arange(len(one.data)), base.excluded)
     x, z = _inputs(one, used)
     A, B = _slopes(base, one.data.state.rows(used)), _slopes(base, one.true.state)
     y = base.position_error[used].ravel()
@@ -110,7 +110,7 @@ def gaussian_process(one: Set) -> dict[str, Any]:
 def sparse(one: Set) -> dict[str, Any]:
     """Functions of single channels at every joint and along every axis of the instrument, while BIC falls."""
     base = base_fit(one)
-    used = np.setdiff1d(np.arange(len(one.data)), base.set_aside)
+    used = np.setdiff1d(np.arange(len(one.data)), base.excluded)
     some, others = one.data.state.rows(used), one.true.state
     A, y = _slopes(base, some), base.position_error[used].ravel()
     F, where = _functions(base, some)

@@ -137,7 +137,7 @@ def run(one: Set, true_error: float | None = None) -> dict[str, Any]:
 
 def kept_rows(fit: Fit) -> list[int]:
     """Index of the rows that a fit uses."""
-    return [i for i in range(len(fit.data)) if i not in fit.set_aside]
+    return [i for i in range(len(fit.data)) if i not in fit.excluded]
 
 
 def answer(d: Diagnosis) -> dict[str, Any]:

@@ -24,7 +24,7 @@ def held_out(fit: Fit, held: Measurements, whole: Measurements) -> dict[str, Any
     """
     away = np.linalg.norm(predict(fit.model, held.state)[:, :3, 3] - held.position, axis=1)
     every = fit_model(fit.model, whole)
-    reached = ~np.isin(held.pose_id, [every.data.pose_id[i] for i in every.set_aside])
+    reached = ~np.isin(held.pose_id, [every.data.pose_id[i] for i in every.excluded])
     q, seen = held.state.q, fit.data.state.q
     among = reached & ((q >= seen.min(axis=0)) & (q <= seen.max(axis=0))).all(axis=1)
     return {

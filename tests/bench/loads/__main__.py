@@ -17,7 +17,7 @@ for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
 
 import numpy as np  # noqa: E402
 
-from tests.bench.loads.judge import GROUPS, INSIDE, TOLD, WORSE, drawn, faults, inside  # noqa: E402
+from tests.bench.loads.judge import GROUPS, INSIDE, MOST_REPORTED, WORSE, drawn, faults, inside  # noqa: E402
 
 HEAD = f"{'':34s} {'sets':>4s} {'change':>7s} {'shipped':>7s} {'best':>7s} {'base':>7s} {'model':>7s} {'said':>7s} {'ratio':>6s} {'worst':>6s} {'>1.1':>4s} {'inside':>6s} {'pose':>6s} {'fail':>4s}"
 
@@ -138,13 +138,13 @@ def joints(results: Sequence[dict[str, Any]]) -> list[str]:
     """Compliances by joint, where nothing is hidden: of joints that the tables tell, and of the others."""
     plain = [x for x in results if not x["hidden"] and "failed" not in x["fitted"]]
     lines = [
-        f"Compliance by joint, nothing hidden: error in %, shipped and fitted (median of the size); told: the table narrows it to {TOLD} at least"
+        f"Compliance by joint, nothing hidden: error in %, shipped and fitted (median of the size); told: the table narrows it to {MOST_REPORTED} at least"
     ]
     for j in range(6):
         text = f"  joint {j + 1}"
         for word, some in (
-            ("told", [x for x in plain if x["told"][j] < TOLD]),
-            ("not told", [x for x in plain if x["told"][j] >= TOLD]),
+            ("told", [x for x in plain if x["told"][j] < MOST_REPORTED]),
+            ("not told", [x for x in plain if x["told"][j] >= MOST_REPORTED]),
         ):
             text += f"   {word:8s} {len(some):3d}"
             if some:

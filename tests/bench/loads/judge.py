@@ -27,7 +27,7 @@ WORSE = 1.1
 """Error over that of the shipped model which no fit may exceed."""
 INSIDE = (0.88, 0.99)
 """Share of 95 % intervals that hold, over all sets."""
-TOLD = 0.3
+MOST_REPORTED = 0.3
 """Standard deviation of the logarithm of a compliance after the table, over that before, below which the table tells it."""
 PULL = 3.0
 """Standard deviations of a perfect fit by which a compliance that the table tells may be off."""
@@ -182,7 +182,7 @@ def faults(found: dict[str, Any]) -> list[str]:
         # masses that nobody knows do so, too.
         if not found["hidden"] and not found.get("masses"):
             for j, (told, pull) in enumerate(zip(found["told"], x["compliance_pull"], strict=True)):
-                if told < TOLD and abs(pull) > PULL:
+                if told < MOST_REPORTED and abs(pull) > PULL:
                     off = 100 * x["compliance_error"][j]
                     some.append(
                         f"{found['set']}: {name} joint {j + 1} is {off:+.0f} % off, {abs(pull):.1f} standard deviations"

@@ -41,7 +41,7 @@ class AxisMotion(Effect, ABC, reads=("external_axes", "robot"), linear=False):
         """Displacement of the end of body 0 by the motions of all axes; None without a robot or a station."""
         if state.robot is None or state.station is None:
             return None
-        whole, joints = np.zeros((len(state), 6)), state.station.joints
+        total, joints = np.zeros((len(state), 6)), state.station.joints
         for k, axis in enumerate(self.axes):
             side = side_of(state, axis)
             rows = np.flatnonzero(side)
@@ -49,8 +49,8 @@ class AxisMotion(Effect, ABC, reads=("external_axes", "robot"), linear=False):
                 some = state if len(rows) == len(state) else state.rows(rows)
                 T, change = self.motion(some, k, joints[axis])
                 change = T @ np.where((side[rows] < 0)[:, None, None], inverse(change), change) @ invert(T)
-                whole[rows] += _at_the_end(change, distal_point(state.robot, 0))
-        return Displacement(body={0: whole})
+                total[rows] += _at_the_end(change, distal_point(state.robot, 0))
+        return Displacement(body={0: total})
 
     @property
     def external_axes(self) -> tuple[str, ...]:
@@ -65,26 +65,26 @@ class AxisMotion(Effect, ABC, reads=("external_axes", "robot"), linear=False):
         if state.station is None or state.external_axes is None:
             return ()
         moved = np.ptp(np.nan_to_num(state.external_axes), axis=0) > LEAST_MOVE
-        found = (axis for axis in state.station.joints if moved[AXES.index(axis)] and side_of(state, axis).any())
-        return tuple(sorted(found))
+        axes = (axis for axis in state.station.joints if moved[AXES.index(axis)] and side_of(state, axis).any())
+        return tuple(sorted(axes))
 
     @classmethod
     def problems(cls, table: Mapping[str, Any]) -> list[FieldProblem]:
         """What `Effect.problems` finds, and letters in ``axes`` that are not a to f (EFF024)."""
-        found = super().problems(table)
-        odd = [] if found else [axis for axis in table.get("axes", ()) if axis not in [*AXES]]
+        problems = super().problems(table)
+        odd = [] if problems else [axis for axis in table.get("axes", ()) if axis not in [*AXES]]
         text = "`axes` of `{}` names `{}`, and external axes are called a to f"
-        return found + [FieldProblem("EFF024", "axes", text.format(cls.key, axis)) for axis in odd]
+        return problems + [FieldProblem("EFF024", "axes", text.format(cls.key, axis)) for axis in odd]
 
 
 def side_of(state: State, axis: str) -> Array:
     """(n,) 1 where an axis moves the arm, -1 where it moves the work in whose frame the pose is, else 0."""
-    found = np.zeros(len(state))
+    sides = np.zeros(len(state))
     if state.station is not None:
         units = np.full(len(state), "") if state.work is None else state.work
         for unit in np.unique(units).tolist():
-            found[units == unit] = state.station.sides(unit or None).get(axis, 0)
-    return found
+            sides[units == unit] = state.station.sides(unit or None).get(axis, 0)
+    return sides
 
 
 def position_of(state: State, axis: str) -> Array:

@@ -63,11 +63,11 @@ class ExternalAxisCompliance(
         axes = cls.moving(state, current)
         if not axes or state.station is None or state.robot is None:
             return ()
-        effect, found = current or cls(axes=axes), list[Variant]()
+        effect, forms = current or cls(axes=axes), list[Variant]()
         every = np.zeros(len(effect.vector()), dtype=bool)
         for k, axis in enumerate(axes):
             T, side = state.axis_frames[axis][0], side_of(state, axis)
-            own = ~across(state.station.joints[axis])
+            about_axis = ~across(state.station.joints[axis])
             sag = np.ptp(_sagging(state, T, side), axis=0)
             seen = sag > LEAST_SAG_SHARE * max(1.0, float(sag.max()))
             forced = (side > 0).any() or (state.wrench is not None and np.any(np.asarray(state.wrench)[side < 0]))
@@ -75,13 +75,13 @@ class ExternalAxisCompliance(
             for what, tilts, sags in (
                 ("", tilt, seen),
                 (", its sag", none, seen),
-                (", about itself", tilt & own, seen & own[:, None]),
+                (", about itself", tilt & about_axis, seen & about_axis[:, None]),
             ):
                 free = cls._mask(effect, k, tilts, sags)
-                if free.any() and not any(np.array_equal(free, v.free) for v in found):
-                    found.append(variant(effect, f"eax_{axis}{what}", free, free))
+                if free.any() and not any(np.array_equal(free, v.free) for v in forms):
+                    forms.append(variant(effect, f"eax_{axis}{what}", free, free))
                 every |= free
-        return tuple(found) if len(axes) == 1 else (*found, variant(effect, "all axes", every, every))
+        return tuple(forms) if len(axes) == 1 else (*forms, variant(effect, "all axes", every, every))
 
     @staticmethod
     def _mask(effect: ExternalAxisCompliance, k: int, tilt: Mask, sag: Mask) -> Mask:
@@ -117,7 +117,7 @@ def _sagging(state: State, T_base_axis: Array, side: Array) -> Array:
     Zero where ``side`` (n,) is not -1: there the axis carries no work. T_base_axis: (n, 4, 4) the frame.
     """
     assert state.station is not None and state.external_axes is not None
-    found = np.zeros((len(state), 3, 3))
+    sagging = np.zeros((len(state), 3, 3))
     units = np.full(len(state), "") if state.work is None else state.work
     gravity = np.broadcast_to(state.gravity, (len(state), 3))
     for unit in np.unique(units[side < 0]).tolist():
@@ -126,8 +126,8 @@ def _sagging(state: State, T_base_axis: Array, side: Array) -> Array:
         R = state.axis_frames[last][1][rows, :3, :3]
         pull = gravity[rows] / np.linalg.norm(gravity[rows], axis=1, keepdims=True)
         moments = np.cross(np.swapaxes(R, 1, 2), pull[:, None])
-        found[rows] = np.swapaxes(moments @ T_base_axis[rows, :3, :3], 1, 2)
-    return found
+        sagging[rows] = np.swapaxes(moments @ T_base_axis[rows, :3, :3], 1, 2)
+    return sagging
 
 
 def _in_frame(T: Array, vectors: Array) -> Array:

@@ -86,11 +86,11 @@ class ExternalAxisError(
     @classmethod
     def problems(cls, table: Mapping[str, Any]) -> list[FieldProblem]:
         """What `AxisMotion.problems` finds, and ``low`` or ``high`` without an entry for each axis (EFF022)."""
-        found = super().problems(table)
+        problems = super().problems(table)
         many = len(table.get("axes", ("a",)))
-        short = [name for name in ("low", "high") if not found and len(table.get(name, (0,))) != many]
+        short = [name for name in ("low", "high") if not problems and len(table.get(name, (0,))) != many]
         text = "`{}` of `{}` has one entry for each of `axes`: {}"
-        return found + [FieldProblem("EFF022", name, text.format(name, cls.key, many)) for name in short]
+        return problems + [FieldProblem("EFF022", name, text.format(name, cls.key, many)) for name in short]
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
@@ -100,20 +100,20 @@ class ExternalAxisError(
             return ()
         where = np.column_stack([position_of(state, axis) for axis in axes])
         low, high = tuple(where.min(axis=0).tolist()), tuple(where.max(axis=0).tolist())
-        told = [len(np.unique(np.round(column, 3))) - 1 for column in where.T]
-        found: list[Variant] = []
+        orders = [len(np.unique(np.round(column, 3))) - 1 for column in where.T]
+        forms: list[Variant] = []
         for order in WAVE_ORDERS if current is None else (current.functions - 1,):
             effect = cls(axes=axes, functions=order + 1, low=low, high=high) if current is None else current
             # (2, axes, functions, 3): shifts, then turns, as the vector has them.
             none = np.zeros((2, *effect.shift_m.shape), dtype=bool)
-            every = [(f"eax_{axis}", [k], told[k]) for k, axis in enumerate(axes)]
-            every += [("all axes", list(range(len(axes))), min(told))] if len(axes) > 1 else []
-            for name, some, most in every if order <= max(told) else ():
+            every = [(f"eax_{axis}", [k], orders[k]) for k, axis in enumerate(axes)]
+            every += [("all axes", list(range(len(axes))), min(orders))] if len(axes) > 1 else []
+            for name, some, most in every if order <= max(orders) else ():
                 for what, part in COMPONENTS.items() if len(some) == 1 else ALL_TERMS.items():
                     free = none.copy()
                     free[part[0], some, :, part[1]] = True
                     # Where the arm stands against the work at position 0 is one thing, whichever axis is blamed.
                     free[:, some[1:], 0] = False
                     if order <= most:
-                        found.append(variant(effect, f"{name}{what}, order {order}", free.ravel(), free.ravel()))
-        return tuple(found)
+                        forms.append(variant(effect, f"{name}{what}, order {order}", free.ravel(), free.ravel()))
+        return tuple(forms)

@@ -51,18 +51,18 @@ class ExternalAxisFrame(
             return ()
         effect, joints = current or cls(axes=axes), state.station.joints
         scale = np.array([name.startswith("scale") for name in effect.names()])
-        every, found = np.zeros(len(scale), dtype=bool), list[Variant]()
+        every, forms = np.zeros(len(scale), dtype=bool), list[Variant]()
         for k, axis in enumerate(axes):
             way = np.zeros_like(effect.place_m, dtype=bool)
             way[k] = across(joints[axis])
             rotary = joints[axis].kind == "rotary"
-            mine = np.concatenate([(way & rotary).ravel(), way.ravel(), np.arange(len(axes)) == k])
-            every |= mine
+            counted = np.concatenate([(way & rotary).ravel(), way.ravel(), np.arange(len(axes)) == k])
+            every |= counted
             for what, part in ((", way", ~scale), (", scale", scale), ("", True)):
-                found.append(variant(effect, f"eax_{axis}{what}", mine & part, mine & part))
+                forms.append(variant(effect, f"eax_{axis}{what}", counted & part, counted & part))
         if len(axes) > 1:
-            found.append(variant(effect, "all axes", every, every))
-        return tuple(found)
+            forms.append(variant(effect, "all axes", every, every))
+        return tuple(forms)
 
 
 def _moved(joint: Joint, position: Array) -> Array:

@@ -123,15 +123,15 @@ class JointErrorMap(
         else:
             choices = [((*current.joint, j), (current.order,)) for j in moving if j not in current.joint]
             choices += [(current.joint, tuple(k for k in fine if k > current.order))]
-        found: list[Variant] = []
+        forms: list[Variant] = []
         for joints, orders in choices:
             for k in orders:
                 if _carried(state, len(joints), k):
                     effect = cls(joint=joints, order=k, low_rad=tuple(low.tolist()), high_rad=tuple(high.tolist()))
                     where = "all joints" if set(joints) == set(moving) else named(joints)
                     waves = np.arange(len(effect.vector())) < 2 * k * len(joints)
-                    found.append(variant(effect, f"{where}, orders to {k}", waves))
-        return tuple(found)
+                    forms.append(variant(effect, f"{where}, orders to {k}", waves))
+        return tuple(forms)
 
 
 def named(joints: tuple[int, ...]) -> str:

@@ -67,12 +67,12 @@ class NonlinearCompliance(
         largest = np.full(6, 500.0) if state.joint_load is None else np.abs(state.joint_load).max(axis=0, initial=0.0)
         # A joint that bears no load has no knee to find, and one near zero would make it yield without end.
         largest = np.where(largest > UNLOADED * largest.max(), largest, 100.0)
-        found: list[Variant] = []
+        forms: list[Variant] = []
         for law in LAWS:
             for share in (1.0,) if law == "cubic" else SHARES_OF_LOAD:
                 knee = f", knee at {'the largest load' if share == 1.0 else f'{share:g} of the largest load'}"
-                found += _forms(cls(law=law, knee_Nm=np.clip(share * largest, 1e-3, 1e5)), knee)
-        return tuple(found)
+                forms += _forms(cls(law=law, knee_Nm=np.clip(share * largest, 1e-3, 1e5)), knee)
+        return tuple(forms)
 
 
 def _forms(effect: NonlinearCompliance, knee: str = "") -> list[Variant]:

@@ -73,8 +73,8 @@ class TransmissionError(
             assert isinstance(term, TransmissionError)
             joints = (*joint, *term.joint)
             many = any(joints.count(j) > 2 for j in joints) or len({*order, *term.order}) > 3
-            beside = len(mapped) > 2 or not set(term.joint).isdisjoint(mapped)
-            return not (many or (beside and min(term.order) <= MAPPED[-1]))
+            with_map = len(mapped) > 2 or not set(term.joint).isdisjoint(mapped)
+            return not (many or (with_map and min(term.order) <= MAPPED[-1]))
 
         if len(joint) < 2 and not mapped:
             return np.ones(len(terms), dtype=bool)  # two lines are never many
@@ -109,15 +109,15 @@ class TransmissionError(
     def nearby(self, new: int = 1) -> tuple[Variant, ...]:
         """Forms with another order near that of one of the ``new`` last terms: gears in stages have no whole orders."""
         terms, every = list(zip(self.joint, self.order, strict=True)), np.ones(2 * len(self.order), dtype=bool)
-        old, found = len(terms) - new, []
+        old, forms = len(terms) - new, []
         for at, (j, order) in enumerate(terms[old:], old):
             for n in order + np.concatenate([-CLOSE_ORDERS, CLOSE_ORDERS]):
                 one = j, round(float(n), 2)
                 if n >= LOWEST and one not in terms:
                     some = [*terms[:at], one, *terms[at + 1 :]]
                     other = TransmissionError(joint=tuple(j for j, _ in some), order=tuple(n for _, n in some))
-                    found.append(variant(other, "; ".join(_told(*term) for term in some[old:]), every, every))
-        return tuple(found)
+                    forms.append(variant(other, "; ".join(_term_label(*term) for term in some[old:]), every, every))
+        return tuple(forms)
 
 
 def _longer(old: TransmissionError, joint: int, order: float, odds: float) -> Variant:
@@ -125,9 +125,9 @@ def _longer(old: TransmissionError, joint: int, order: float, odds: float) -> Va
     term = TransmissionError(joint=(joint,), order=(order,))
     new = old.plus(term) if old.joint else term
     last = np.array(2 * [*[False] * len(old.order), True])
-    return variant(new, _told(joint, order), last, np.ones(len(last), dtype=bool), odds)
+    return variant(new, _term_label(joint, order), last, np.ones(len(last), dtype=bool), odds)
 
 
-def _told(joint: int, order: float) -> str:
+def _term_label(joint: int, order: float) -> str:
     """Label of a term, such as ``joint 3, order 12``."""
     return f"joint {joint}, order {order:g}"

@@ -45,23 +45,23 @@ class ArmLoad(
 
     def load(self, state: State) -> Load:
         """Weights of the parts on their bodies, wrenches (n, 6) [N], [N m]."""
-        found: dict[int, Array] = {}
+        wrenches: dict[int, Array] = {}
         for i, b in enumerate(self.body):
             share = weight(state, b, [(self.mass_kg[i], self.moment_kgm[i])])
-            found[b] = found[b] + share if b in found else share
-        return Load(body=found)
+            wrenches[b] = wrenches[b] + share if b in wrenches else share
+        return Load(body=wrenches)
 
     def impossible(self, robot: Robot, beside: Mapping[str, Effect]) -> NDArray[np.bool_]:
         """Mask (p,) of the masses, and their moments, that would make a link of stated mass weigh less than nothing."""
-        own = robot.mass[list(self.body)]
-        none = (own > 0) & (own + self.mass_kg < 0)
+        link_mass = robot.mass[list(self.body)]
+        none = (link_mass > 0) & (link_mass + self.mass_kg < 0)
         return np.concatenate([none, np.repeat(none, 3)])
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
         """Forms: one more of bodies 2 to 5; a part on body 6 is `payload_error`, weight of body 1 loads no joint."""
         old = cls(body=()) if current is None else current
-        found: list[Variant] = []
+        forms: list[Variant] = []
         for b in range(2, 6):
             if b not in old.body:
                 effect = cls(
@@ -72,5 +72,5 @@ class ArmLoad(
                 last = np.arange(len(effect.body)) == len(old.body)
                 new = np.concatenate([last, np.repeat(last, 3)])
                 odds = WRIST_ODDS if b == 5 else 1.0
-                found.append(variant(effect, f"body {b}", new, effect.amplitudes(), odds))
-        return tuple(found)
+                forms.append(variant(effect, f"body {b}", new, effect.amplitudes(), odds))
+        return tuple(forms)

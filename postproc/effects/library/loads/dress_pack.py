@@ -45,9 +45,9 @@ class DressPack(
         """The pull of the hose on the bodies at its ends, wrenches (n, 6) [N], [N m]."""
         if self.body_from == self.body_to:
             return Load()
-        here, there, distance = self._ends(state)
+        start, end, distance = self._ends(state)
         taut = self.stiffness_N_per_m * np.maximum(distance - self.slack_m, 0.0)
-        pull = force_at(there, (taut / np.maximum(distance, 1e-9))[:, None] * (here - there))
+        pull = force_at(end, (taut / np.maximum(distance, 1e-9))[:, None] * (start - end))
         # Both ends are on the line of the force, so that its moment about the base is the same at either.
         return Load(body={self.body_to: pull, self.body_from: -pull})
 
@@ -60,8 +60,8 @@ class DressPack(
     def _ends(self, state: State) -> tuple[Array, Array, Array]:
         """Both ends of the hose in the base frame, (n, 3) [m] each, and their distance (n,) [m]."""
         T = np.asarray(state.T_base_body)
-        here, there = point_in_base(T[:, self.body_from], self.from_m), point_in_base(T[:, self.body_to], self.to_m)
-        return here, there, np.sqrt(np.einsum("ni,ni->n", there - here, there - here))
+        start, end = point_in_base(T[:, self.body_from], self.from_m), point_in_base(T[:, self.body_to], self.to_m)
+        return start, end, np.sqrt(np.einsum("ni,ni->n", end - start, end - start))
 
     @classmethod
     def loads(cls, some: Sequence[Self], state: State) -> Load:
@@ -71,13 +71,13 @@ class DressPack(
             return Load()
         T = np.asarray(state.T_base_body)
         stiffness, slack = (np.array([getattr(h, name) for h in some]) for name in ("stiffness_N_per_m", "slack_m"))
-        here = T[:, body, :3, :3] @ np.transpose([h.from_m for h in some]) + T[:, body, :3, 3:]
-        there = T[:, far, :3, :3] @ np.transpose([h.to_m for h in some]) + T[:, far, :3, 3:]
-        line = here - there
+        start = T[:, body, :3, :3] @ np.transpose([h.from_m for h in some]) + T[:, body, :3, 3:]
+        end = T[:, far, :3, :3] @ np.transpose([h.to_m for h in some]) + T[:, far, :3, 3:]
+        line = start - end
         distance = np.sqrt(np.einsum("nim,nim->nm", line, line))
         taut = stiffness * np.maximum(distance - slack, 0.0) / np.maximum(distance, 1e-9)
         force = taut[:, None] * line
-        moment = np.cross(there, force, axis=1)
+        moment = np.cross(end, force, axis=1)
         wrench = np.concatenate([force, moment], axis=1)
         return Load(body={far: wrench, body: -wrench})
 
@@ -87,8 +87,8 @@ class DressPack(
             return ()
         T = np.asarray(state.T_base_body)
         end = point_in_base(T[:, 6], self.to_m) - T[:, 5, :3, 3]
-        there = np.einsum("nki,nk->ni", T[:, 5, :3, :3], end).mean(axis=0)
-        tied = replace(self, body_to=5, to_m=np.clip(there, -1.5, 1.5))
+        mean_place = np.einsum("nki,nk->ni", T[:, 5, :3, :3], end).mean(axis=0)
+        tied = replace(self, body_to=5, to_m=np.clip(mean_place, -1.5, 1.5))
         return (variant(tied, label.replace(",", " to 5,", 1), odds=RARE),)
 
     @classmethod
@@ -96,15 +96,15 @@ class DressPack(
         """Forms: hoses along `_routes`, always taut or slack at times; with ``current``, that hose alone."""
         if current is not None or state.T_base_body is None or state.robot is None:
             return (variant(current or cls()),)
-        found: list[Variant] = []
-        for taut, (body, here), (far, there) in _routes(state.robot):
-            start = cls(body_from=body, body_to=far, from_m=here, to_m=there)
+        forms: list[Variant] = []
+        for taut, (body, start_point), (far, end_point) in _routes(state.robot):
+            start = cls(body_from=body, body_to=far, from_m=start_point, to_m=end_point)
             distance = start._ends(state)[2]
             slack = 0.8 * distance.min() if taut else np.quantile(distance, 0.3)
             where = f"from body {body}" if far == 6 else f"from body {body} to {far}"
             label = f"{where}, {'always taut' if taut else 'slack at times'}"
-            found.append(variant(replace(start, slack_m=float(slack)), label, odds=1.0 if far == 6 else RARE))
-        return tuple(found)
+            forms.append(variant(replace(start, slack_m=float(slack)), label, odds=1.0 if far == 6 else RARE))
+        return tuple(forms)
 
 
 RARE = 0.1
@@ -119,16 +119,16 @@ def _routes(robot: Robot) -> list[tuple[bool, Place, Place]]:
     leads to the forearm or the flange. From half way along the one, two hands' width to either side, to four places
     around the axis that carries the other.
     """
-    found: list[tuple[bool, Place, Place]] = []
+    routes: list[tuple[bool, Place, Place]] = []
     for body in range(5):
         middle, (side, other, _, _) = 0.5 * distal_point(robot, body), _across(joint_axis(robot, body))
         for far in sorted({body + 2, 6} if body else {3, 6}):
             for way in _across(robot.axis[far - 1]):
                 end = (far, 0.1 * way)
                 near, away = (body, middle + 0.2 * side), (body, middle + 0.2 * other)
-                found += [(True, near, end), (False, away, end)]
-                found += [(False, near, end), (True, away, end)] if far == 6 else []
-    return found
+                routes += [(True, near, end), (False, away, end)]
+                routes += [(False, near, end), (True, away, end)] if far == 6 else []
+    return routes
 
 
 def _across(axis: Array) -> tuple[Array, ...]:

@@ -61,11 +61,11 @@ class PayloadError(
         """Forms: mass and centre; its share, where a payload is stated; its centre, where that payload varies."""
         effect, part = current or cls(), np.arange(8)
         constant, share, centre = part < 4, part == 4, part > 4
-        found = [variant(effect, "mass and centre", constant, constant)]
+        forms = [variant(effect, "mass and centre", constant, constant)]
         stated = state.channel("payload")
         if stated is not None and np.any(stated != 0.0):
-            found.append(variant(effect, "share of the stated payload", share, share))
+            forms.append(variant(effect, "share of the stated payload", share, share))
         if stated is not None and np.ptp(stated) > 0.0:
             # With one payload this is the constant moment again.
-            found.append(variant(effect, "centre of the stated payload", centre, centre))
-        return tuple(found)
+            forms.append(variant(effect, "centre of the stated payload", centre, centre))
+        return tuple(forms)

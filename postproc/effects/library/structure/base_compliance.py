@@ -54,9 +54,9 @@ class BaseCompliance(
             return (variant(current),)
         same = state.robot is not None and not np.any(distal_point(state.robot, 0))
         straight = np.array([True, True, False])
-        found: list[Variant] = []
+        forms: list[Variant] = []
         for pivot in ("floor",) if same else ("floor", "joint 1"):
             where = "about the floor" if pivot == "floor" else f"about {pivot}"
-            found.append(variant(cls(pivot=pivot), where, straight, straight))
-            found.append(variant(cls(pivot=pivot), f"{where}, turned"))
-        return tuple(found)
+            forms.append(variant(cls(pivot=pivot), where, straight, straight))
+            forms.append(variant(cls(pivot=pivot), f"{where}, turned"))
+        return tuple(forms)

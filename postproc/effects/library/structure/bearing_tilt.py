@@ -41,7 +41,7 @@ class BearingTilt(
         """Displacements of the ends of bodies by tilted bearings, (n, 6) [m], [rad]; None without loads on bodies."""
         if state.body_load is None or state.robot is None:
             return None
-        found: dict[int, Array] = {}
+        moves: dict[int, Array] = {}
         for j in np.flatnonzero(self.tilt_rad_per_Nm):
             # Joint j sits at the distal end of body j - 1, counted from 0: of body j.
             low = j == 0 and self.pivot == "floor"
@@ -49,16 +49,16 @@ class BearingTilt(
             axis, load = joint_axis(state.robot, int(j)), state.body_load[:, j]
             moment = load[:, 3:] + np.cross(arm, load[:, :3])
             turn = self.tilt_rad_per_Nm[j] * (moment - (moment @ axis)[:, None] * axis)
-            found[int(j)] = np.concatenate([np.cross(turn, arm), turn], axis=1)
-        return Displacement(body=found)
+            moves[int(j)] = np.concatenate([np.cross(turn, arm), turn], axis=1)
+        return Displacement(body=moves)
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
         """Forms: all joints, each alone, and joint 1 about the floor; joint 1 is less likely, as a base tilts alike."""
-        found = by_joint(current or cls())
+        forms = by_joint(current or cls())
         if current is not None or state.robot is None:
-            return found
-        found = (found[0], replace(found[1], odds=FLOOR_ODDS), *found[2:])
+            return forms
+        forms = (forms[0], replace(forms[1], odds=FLOOR_ODDS), *forms[2:])
         if not np.any(distal_point(state.robot, 0)):
-            return found
-        return (*found, replace(by_joint(cls(pivot="floor"))[1], label="joint 1, about the floor", odds=FLOOR_ODDS))
+            return forms
+        return (*forms, replace(by_joint(cls(pivot="floor"))[1], label="joint 1, about the floor", odds=FLOOR_ODDS))

@@ -42,12 +42,12 @@ class LinkCompliance(
         """Displacements of the ends of the listed bodies, (n, 6) [m], [rad]; None without loads on bodies."""
         if state.body_load is None or state.robot is None:
             return None
-        found: dict[int, Array] = {}
+        moves: dict[int, Array] = {}
         for i, b in enumerate(self.body):
             springs = self.bending_per_Nm2[i], self.torsion_per_Nm2[i], self.stretch_per_N[i]
             share = state.body_load[:, b] @ beam(distal_point(state.robot, b), *springs).T
-            found[b] = found[b] + share if b in found else share
-        return Displacement(body=found)
+            moves[b] = moves[b] + share if b in moves else share
+        return Displacement(body=moves)
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:

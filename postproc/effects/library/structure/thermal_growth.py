@@ -43,11 +43,11 @@ class ThermalGrowth(
             return None
         warmth = state.temperature - self.reference_C
         still = np.zeros(3)
-        found: dict[int, Array] = {}
-        for b, extra, more in zip(self.body, self.extra_per_K, self.extra_strain, strict=True):
-            stretch = (self.growth_per_K + extra) * warmth + self.strain + more
-            found[b] = stretch[:, None] * np.concatenate([distal_point(state.robot, b), still])
-        return Displacement(body=found)
+        moves: dict[int, Array] = {}
+        for b, extra, extra_strain in zip(self.body, self.extra_per_K, self.extra_strain, strict=True):
+            stretch = (self.growth_per_K + extra) * warmth + self.strain + extra_strain
+            moves[b] = stretch[:, None] * np.concatenate([distal_point(state.robot, b), still])
+        return Displacement(body=moves)
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
@@ -55,12 +55,12 @@ class ThermalGrowth(
         effect = current or cls()
         index = np.arange(len(effect.vector()))
         # A strain is fitted along, but a strain without growth is geometry.
-        found = [variant(effect, "all castings", index == 0, index < 2)]
+        forms = [variant(effect, "all castings", index == 0, index < 2)]
         if state.robot is None:
-            return tuple(found)
+            return tuple(forms)
         long = long_bodies(state.robot, 0.1)
         for k, b in enumerate(effect.body):
             if b in long or b == 0:
-                own = index == 2 + k
-                found.append(variant(effect, f"body {b}", own, own | (index == 2 + len(effect.body) + k)))
-        return tuple(found)
+                growth = index == 2 + k
+                forms.append(variant(effect, f"body {b}", growth, growth | (index == 2 + len(effect.body) + k)))
+        return tuple(forms)

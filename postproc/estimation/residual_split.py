@@ -25,20 +25,20 @@ SLOW = ("temperature", "time", "session")
 
 
 @dataclass(frozen=True)
-class Leftover:
+class ResidualSplit:
     """What the residual of a fit consists of.
 
     Args:
-        noise: share of its variance that follows no channel, in (0, 1].
+        noise_share: share of its variance that follows no channel, in (0, 1].
         held_out: error of what is observed [m], [rad] of angles, that the likeliest free function leaves on rows it has
             not seen.
     """
 
-    noise: float
+    noise_share: float
     held_out: float
 
 
-def split_residual(fit: Solution) -> Leftover:
+def split_residual(fit: Solution) -> ResidualSplit:
     """Split the variance of a fit's residual into what follows the channels and noise, without naming any physics.
 
     The residual is noise plus a Gaussian process: joints and the instrument move by free functions of channels, with
@@ -49,22 +49,22 @@ def split_residual(fit: Solution) -> Leftover:
     too. Sources: Patterson and Thompson (1971); Rasmussen and Williams (2006), Sec. 2.7 and 5.4.2; Dubrule (1983).
     """
     columns = fit.observed.columns
-    some = fit.problem.weights.used[:, columns].any(axis=1)
+    measured = fit.problem.weights.used[:, columns].any(axis=1)
     width = columns.stop - columns.start
-    rows = np.flatnonzero(some)[:: max(1, -(-int(some.sum()) * width // NUMBERS))]
+    rows = np.flatnonzero(measured)[:: max(1, -(-int(measured.sum()) * width // NUMBERS))]
     used = fit.problem.weights.used[rows, columns].ravel()
     field = _Field.of(fit, rows, used)
     if len(rows) < 20 or field.freedom < 20:
-        return Leftover(1.0, fit.held_out_rms)
-    alone = field.restricted(field.own)
-    evidence, variance, best, chosen = [alone[0]], [alone[1]], alone[0], field.own
+        return ResidualSplit(1.0, fit.held_out_rms)
+    alone = field.restricted(field.noise_covariance)
+    evidence, variance, best, chosen = [alone[0]], [alone[1]], alone[0], field.noise_covariance
     several = list(_processes(fit, rows, used))
     for process in several:
         for ratio in DECADES:
-            covariance = ratio * process + field.own
-            likelihood, left = field.restricted(covariance)
+            covariance = ratio * process + field.noise_covariance
+            likelihood, factor = field.restricted(covariance)
             evidence.append(likelihood - np.log(len(several) * len(DECADES)))
-            variance.append(left)
+            variance.append(factor)
             if likelihood > best:
                 best, chosen = likelihood, covariance
     weight = np.exp(np.array(evidence) - max(evidence))
@@ -75,7 +75,7 @@ def split_residual(fit: Solution) -> Leftover:
     out = np.zeros(fit.problem.weights.values.shape)
     out[rows, columns] = each.reshape(-1, width)
     error = fit.problem.weights.measured(out[fit.problem.weights.used])[rows, columns]
-    return Leftover(min(noise, 1.0), min(rms(error), fit.held_out_rms))
+    return ResidualSplit(min(noise, 1.0), min(rms(error), fit.held_out_rms))
 
 
 @dataclass(frozen=True)
@@ -84,12 +84,12 @@ class _Field:
 
     Args:
         y: (N,) whitened errors. U: (N, p) orthonormal basis of the fitted parameters' columns without a penalty.
-        own: (N, N) covariance of the noise, 1 each, plus what the penalised free functions of the model allow.
+        noise_covariance: (N, N) of the noise, 1 each, plus what the penalised free functions of the model allow.
     """
 
     y: Array
     U: Array
-    own: Array
+    noise_covariance: Array
 
     @classmethod
     def of(cls, fit: Solution, rows: NDArray[np.int_], used: NDArray[np.bool_]) -> _Field:
@@ -103,9 +103,9 @@ class _Field:
         place = np.cumsum(fit.problem.weights.used.ravel()) - 1
         at = place[(size * rows[:, None] + np.arange(columns.start, columns.stop)).ravel()[used]]
         soft = fit.penalty > 0
-        own = fit.columns[at][:, soft] / fit.penalty[soft]
+        penalised = fit.columns[at][:, soft] / fit.penalty[soft]
         U = np.linalg.qr(fit.columns[at][:, ~soft])[0]
-        return cls(fit.linear.residual[at], U, np.eye(len(at)) + own @ own.T)
+        return cls(fit.linear.residual[at], U, np.eye(len(at)) + penalised @ penalised.T)
 
     @property
     def freedom(self) -> int:
@@ -166,10 +166,11 @@ def _processes(fit: Solution, rows: NDArray[np.int_], used: NDArray[np.bool_]) -
     turn = moves[0]
     anywhere = np.sum([_products(move) / np.sum(move**2) for move in moves if move.any()], axis=0)
     for kind, widths in FIELD_WIDTHS.items():
-        own = [(j, near[f"{kind}{j + 1}"]) for j in range(6) if f"{kind}{j + 1}" in near]
-        for width in widths if own else ():
+        squares = [(j, near[f"{kind}{j + 1}"]) for j in range(6) if f"{kind}{j + 1}" in near]
+        for width in widths if squares else ():
             yield _scaled(
-                np.sum([_products(turn[:, :, j : j + 1]) * _kernel(square, width) for j, square in own], axis=0), used
+                np.sum([_products(turn[:, :, j : j + 1]) * _kernel(square, width) for j, square in squares], axis=0),
+                used,
             )
     angles = [near[f"q{j + 1}"] for j in range(6) if f"q{j + 1}" in near]
     slow = [near[name] for name in SLOW if name in near]
