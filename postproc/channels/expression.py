@@ -119,8 +119,9 @@ class Channel:
 
         A channel of the rows' order is that of a state at rest, unless `in_order` has filled it in.
         """
-        if self.name in state.channels:
-            return np.asarray(state.channels[self.name], dtype=float)
+        column = self.name if self.arguments or self.number is not None else self.head
+        if column in state.channels:
+            return np.asarray(state.channels[column], dtype=float)
         if self.arguments:
             inner = [c.values(state, site) for c in self.arguments]
             if any(x is None for x in inner):
