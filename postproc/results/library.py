@@ -116,8 +116,15 @@ def effects_document(library: Iterable[type[Effect]]) -> Document:
     )
 
 
-def effect_document(cls: type[Effect]) -> Document:
-    """Describe an effect: equation, source, parameters, channels it reads, and effects that it is confused with."""
+def effect_document(cls: type[Effect], stated: Effect | None = None) -> Document:
+    """Describe an effect: equation, source, parameters, channels it reads, and effects that it is confused with.
+
+    Args:
+        stated: the effect of a model, of which the law in symbols or the values are shown; None where nobody asks.
+    """
+    law = [] if stated is None else list(stated.symbols())
+    if stated is not None and not law:
+        law = [f"{name} = {x:g}" for name, x in zip(stated.names(), stated.vector(), strict=True)]
     rows = []
     for name, meta in cls.parameters().items():
         # Each row has a unit of its own: no number of decimals suits all.
@@ -129,12 +136,13 @@ def effect_document(cls: type[Effect]) -> Document:
     similar = DataTable("alike", ("effect", "to tell them apart"), list(cls.confused_with.items()))
     return Document(
         title=f"postproc effects show {cls.key}",
-        values={"schema": "postproc/effect/1", **_effect_values(cls)},
+        values={"schema": "postproc/effect/1", **_effect_values(cls), "in_model": law},
         sentence=f"{cls.key}: {inspect.cleandoc(cls.__doc__ or '')}",
         sections=[
             Section("Parameters", [DataTable("parameters", PARAMETERS, [*rows, *structures])]),
             Section("Reads", [f"  {', '.join(cls.reads)}"]),
             Section("Is confused with", [similar]),
+            Section("In the model", [f"  {line}" for line in law]),
         ],
     )
 
