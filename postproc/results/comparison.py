@@ -8,8 +8,7 @@ import numpy as np
 
 from postproc.channels.units import unit_of
 from postproc.estimation.findings import some_of_many
-from postproc.identification.compare import Comparison, sizes, worst_rows
-from postproc.identification.trends import Trend
+from postproc.identification.compare import Comparison, Trend, sizes, worst_rows
 from postproc.measure.errors import rms
 from postproc.numbers import mm, mm_or_none
 from postproc.report.blocks import (

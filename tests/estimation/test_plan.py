@@ -12,8 +12,8 @@ from postproc.diagnostics import PostprocError
 from postproc.effects.registry import effect_library
 from postproc.estimation.least_squares import fit_model
 from postproc.identification.diagnose import diagnose
-from postproc.identification.planning.plan import plan_poses
-from postproc.identification.planning.room import Room
+from postproc.identification.plan import plan_poses
+from postproc.identification.design import Room
 from postproc.results.addition import addition_values
 from postproc.results.comparison import comparison_values
 from postproc.results.diagnosis import diagnosis_values

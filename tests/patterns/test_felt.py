@@ -7,7 +7,7 @@ import pytest
 
 from postproc.channels.state import State
 from postproc.identification.curves.signal import Signal
-from postproc.identification.curves.tool import felt_by_tool, leaning, overturning
+from postproc.identification.curves.derived import felt_by_tool, leaning, overturning
 from postproc.robot.catalogue import load_robot
 from tests.independent.arm import irb4600
 

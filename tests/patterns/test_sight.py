@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from postproc.identification.curves.instrument import SEEN, WAYS, Sight
+from postproc.identification.curves.derived import SEEN, WAYS, Sight
 from postproc.identification.curves.signal import text_of
 from tests.identification.cells import base_fit, cell
 from tests.independent import unknown_effects as kinds

@@ -11,10 +11,9 @@ import numpy as np
 from postproc.channels.units import unit_of
 from postproc.estimation.fitted import Fit
 from postproc.grouping import grouped
-from postproc.identification.compare import worst_rows
+from postproc.identification.compare import LEAST_LEVER_M, Trend, joint_inverse, residual_trends, worst_rows
 from postproc.identification.diagnosis import suspect_size
 from postproc.identification.screen.suspects import Suspect
-from postproc.identification.trends import LEAST_LEVER_M, Trend, joint_inverse, residual_trends
 from postproc.measure.errors import distances
 from postproc.report.blocks import Chart, Section
 from postproc.report.drawing.charts import Bins, Range, scatter, spread
