@@ -57,7 +57,7 @@ def test_diagnose_and_plan_tell_apart_by_one_criterion():
     base = base_fit(data)
     (missing,) = diagnose(base.model, data).missing
     other = missing.not_separable[0]
-    assert not effect_library()[other].missing(base.problem.sensitivity.state)
+    assert not effect_library()[other].null().missing(base.problem.sensitivity.state)
     for pair in permutations((missing.key, other)):
         plan = plan_poses(base.model, data, 5, pair)
         assert "tells them apart already" not in plan_sentence(plan)
