@@ -85,7 +85,7 @@ FLOORS = {
     "cli": ("printing", "options", "program_options", "programs", "convert", "app"),
     "effects": ("contract", "findings", "parameters", "modules", "files", "base", "conformance", "library", "registry"),
     "measure": ("observations", "measurements", "alignment", "clock", "trajectory", "iso9283", "read"),
-    "estimation": ("errors", "problem", "linear", "solution", "leftover", "fitted", "recorded", "findings"),
+    "estimation": ("problem", "linear", "solution", "residual_split", "fitted", "recorded", "findings"),
     "identification": ("candidates", "state", "diagnosis"),
     "report": ("blocks", "document", "drawing", "page"),
     "runtime": ("conditions", "tables", "module", "proof", "written", "programs", "passes"),

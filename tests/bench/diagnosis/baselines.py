@@ -48,7 +48,10 @@ def bic(one: Set) -> dict[str, Any]:
         for key in (k for k in classes if fit.model.effect(k) is None):
             for form in forms_of(fit.problem, classes[key]):
                 inside = linear.project(form.columns)
-                left = linear.projected_residual - inside @ np.linalg.lstsq(inside, linear.projected_residual, rcond=1e-6)[0]
+                left = (
+                    linear.projected_residual
+                    - inside @ np.linalg.lstsq(inside, linear.projected_residual, rcond=1e-6)[0]
+                )
                 count = int(form.refit.sum())
                 gained = n * np.log(linear.square / float(left @ left)) - count * np.log(n)
                 if gained > best:
