@@ -12,14 +12,13 @@ from scipy.spatial.transform import Rotation
 
 from postproc.channels.expression import in_order
 from postproc.channels.sight import Site
-from postproc.channels.state import State
 from postproc.effects.asking import displacement_of
 from postproc.effects.places import PLACES
 from postproc.identification.curves.families import CurveForms, curve_forms
 from postproc.identification.curves.prior import UNNAMED_LOG_PRIOR, sort_of_place
 from postproc.identification.screen.curves import CurveScreen
 from postproc.identification.screen.suspects import Suspect
-from tests.identification.cells import base_fit, cell
+from tests.identification.cells import base_fit, cell, table
 
 G = np.random.default_rng(21)
 N = 229
@@ -31,22 +30,6 @@ LEVELS = np.radians(G.choice([-40.0, -20.0, -15.0, 15.0, 19.0, 45.0, 50.0], N))
 BEFORE = np.concatenate([[STILL[0]] * 2, STILL[: N - 2 + N % 2 : 2].repeat(2)])[:N]
 FIXTURE = {f"fixture={w}": (k == WORD).astype(float) for k, w in enumerate("abc")}
 HALL = 20 + np.array([0.0, 8.0, -3.0, 9.0, 2.0, 11.0, -4.0])[(TIME // 1030).astype(int)]
-STILL_ARM = np.tile(np.eye(4), (N, 7, 1, 1))
-JOINTED = {"q": "q", "v": "v", "dir": "approach", "load": "joint_load"}
-NAMED = {"temperature": "temperature", "time": "time", "payload": "payload_mass"}
-
-
-def table(**columns) -> State:
-    """Rows of an arm that stands still, but for these columns: ``q5``, ``load3``, ``time``, or any name."""
-    fields = {"q": np.zeros((N, 6)), "T_base_body": STILL_ARM, "gravity": np.zeros(3), "channels": {}}
-    for name, values in columns.items():
-        if name[:-1] in JOINTED and name[-1] in "123456":
-            fields.setdefault(JOINTED[name[:-1]], np.zeros((N, 6)))[:, int(name[-1]) - 1] = values
-        elif name in NAMED:
-            fields[NAMED[name]] = values
-        else:
-            fields["channels"][name] = values
-    return State(**fields)
 
 
 def forms(**columns) -> CurveForms:
