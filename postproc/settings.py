@@ -149,8 +149,8 @@ def read_arm(settings: Settings, program: str, unknown: Diagnostic | None = None
     import numpy as np
 
     from postproc.effects.registry import effect_library
+    from postproc.model.controller import controller_model
     from postproc.model.file import default_model, read_model
-    from postproc.model.from_controller import controller_model
     from postproc.robot.catalogue import load_robot
 
     library = effect_library(settings.effects)

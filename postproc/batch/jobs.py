@@ -14,8 +14,7 @@ from postproc.batch.values import BatchPlan, Job, Shard, module_place, page_of
 from postproc.diagnostics import Diagnostic, PostprocError, Source
 from postproc.files import check_tree, read_source, real, resource
 from postproc.model.arm import Model
-from postproc.rapid.program.read_along import ReadAlong
-from postproc.rapid.program.shared_data import data_elsewhere, lent_values
+from postproc.rapid.program.read_along import ReadAlong, data_elsewhere, lent_values
 from postproc.render.templates import environment
 from postproc.robot.arm import Robot
 from postproc.robot.controller import read_quietly

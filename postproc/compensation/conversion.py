@@ -17,7 +17,7 @@ from postproc.compensation.plan import CorrectionPlan
 from postproc.compensation.text.values import StatementOutcome
 from postproc.diagnostics import Diagnostic, has_errors
 from postproc.model.arm import Model
-from postproc.motion.timing.limits import LimitReport
+from postproc.motion.timing.jerk_limited import LimitReport
 from postproc.rapid.data.events import MotionEvent, StatementKey
 from postproc.rapid.program.program import Program
 from postproc.rapid.syntax.edits import Edit
@@ -92,7 +92,7 @@ class RunTimeFigures:
 
     Args:
         mode: the option, where-needed or all. module: its name. statements: that call it.
-        loads: number of `GripLoad` statements behind which it is told the payload.
+        loads: number of `GripLoad` statements behind which it gets the payload.
         known_targets: of these statements, known before the program runs; max_known_error_mm: there, None without any.
         region_targets: drawn from the region of the function; max_region_error_mm: there.
         max_chord_error_mm: in the middle of lines of ``chord_length_mm`` between corrected ends;

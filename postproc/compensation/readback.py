@@ -32,7 +32,7 @@ from postproc.rapid.execution.walk import walk
 from postproc.rapid.program.program import Program, read_again
 from postproc.robot.arm import Robot
 from postproc.robot.cells.station import Station
-from postproc.robot.configuration import confdata, outside_quadrants
+from postproc.robot.configuration import confdata, quadrant_excess
 from postproc.robot.inverse import COMPLIANT
 from postproc.watch import Watch, told_of
 
@@ -321,7 +321,7 @@ def _unfit_circle_points(robot: Robot, plan: CorrectionPlan, ran: Samples, owner
         nearest = np.argmin(np.linalg.norm(ran.T_work_tcp[rows, :3, 3] - move.T_work_via[:3, 3], axis=1))
         q, conf = ran.q[rows][[nearest]], np.array([via.robconf])
         arm = (confdata(robot, q)[:, 3] ^ conf[:, 3]) > 1
-        if (arm | (outside_quadrants(q, conf) > COMPLIANT + NEARBY)).any():
+        if (arm | (quadrant_excess(q, conf) > COMPLIANT + NEARBY)).any():
             yield _unfit(old, via)
 
 

@@ -11,9 +11,8 @@ from postproc.estimation.fitted import Fit
 from postproc.estimation.posterior import anywhere
 from postproc.estimation.recorded import recorded_model
 from postproc.measure.checks.repeats import Noise, estimate_noise
-from postproc.measure.errors import distances
+from postproc.measure.errors import CHANCE, DOUBTFUL_CHANCE, chance_of_excess, distances
 from postproc.measure.measurements import Measurements
-from postproc.measure.significance import CHANCE, DOUBTFUL_CHANCE, chance_of_excess
 from postproc.measure.trajectory import is_record
 from postproc.model.uncertainty import predict_sigma
 from postproc.numbers import mm

@@ -1,8 +1,7 @@
-"""Compare, diagnose, add, predict, and the design of the next measurement.
+"""Compare, diagnose, add, predict, and plan the next measurement.
 
 What is tried: effects of the library, and `curves` of channels. What each is worth: `screen`. The search adds the best
 (`search`, from `state` to state), where rows that were held out confirm it (`acceptance`); `refits` are fits with some
 of what it added; `indistinguishable` says what the data does not tell apart. The result is a `diagnosis`, made by
-`diagnose`, with `lack_of_fit` against the noise, and `joint_curves` to be drawn. Other commands: `compare` (with
-`trends`), `add`, `predict`; the next poses: `planning`.
+`diagnose`, with `joint_curves` to be drawn. Other commands: `compare`, `add`, `predict`, and `plan` by greedy `design`.
 """

@@ -14,8 +14,7 @@ from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.solving.rounding import with_judged_rounding
 from postproc.identification.curves.families import curve_forms
-from postproc.identification.diagnosis import Diagnosis, Verdict, too_few
-from postproc.identification.lack_of_fit import lacks_fit
+from postproc.identification.diagnosis import Diagnosis, Verdict, lacks_fit, too_few
 from postproc.identification.refits import refit_all, thinned, with_channels_of, without
 from postproc.identification.screen.candidate import Candidate
 from postproc.identification.screen.suspects import Suspect, by_channel

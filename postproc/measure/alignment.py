@@ -58,11 +58,11 @@ def align(
         fitted: (n,) mask of the points that count, all by default; residuals are of all points.
     """
     if fitted is not None and not fitted.all():
-        some = align(T_base_flange[fitted], position[fitted], tool)
+        part = align(T_base_flange[fitted], position[fitted], tool)
         placed = (
-            some.T_instrument_base[:3, :3] @ (T_base_flange[:, :3, :3] @ some.tool + T_base_flange[:, :3, 3])[..., None]
+            part.T_instrument_base[:3, :3] @ (T_base_flange[:, :3, :3] @ part.tool + T_base_flange[:, :3, 3])[..., None]
         )
-        return replace(some, residual=position - placed[..., 0] - some.T_instrument_base[:3, 3])
+        return replace(part, residual=position - placed[..., 0] - part.T_instrument_base[:3, 3])
     R, p, y = T_base_flange[:, :3, :3], T_base_flange[:, :3, 3], position
     p0, y0, n = p - np.median(p, axis=0), y - np.median(y, axis=0), len(p)
     spread = spread_of(y0)
@@ -92,8 +92,8 @@ def align(
         )
     rotation = (U @ np.diag([1, 1, np.linalg.det(U @ Vt)]) @ Vt).T
     point = np.asarray(solution[12:], dtype=float)
-    found = _refine(R if tool else np.zeros_like(R), p, y, rotation, point)
-    return replace(found, scale=scale, mirrored=mirrored)
+    result = _refine(R if tool else np.zeros_like(R), p, y, rotation, point)
+    return replace(result, scale=scale, mirrored=mirrored)
 
 
 def spread_of(points: Array) -> float:
@@ -134,8 +134,8 @@ def _about_a_point(R: Array, p: Array, y: Array) -> Alignment | None:
     products, *_ = np.linalg.lstsq(np.hstack([R.reshape(n, 9), np.ones((n, 1))]), y, rcond=1e-9)
     turn = np.linalg.svd(products[:9].T.reshape(9, 3), full_matrices=False)[0][:, 0]
     U, _, Vt = np.linalg.svd(turn.reshape(3, 3))
-    found = _refine(R, p, y, np.linalg.det(U @ Vt) * U @ Vt, centre[:3])
-    return found if found.typical < near else None
+    result = _refine(R, p, y, np.linalg.det(U @ Vt) * U @ Vt, centre[:3])
+    return result if result.typical < near else None
 
 
 def _refine(R: Array, p: Array, y: Array, rotation: Array, tool: Array) -> Alignment:

@@ -81,18 +81,18 @@ def agreement(data: Measurements, robot: Robot) -> Agreement:
     if max((poses_among(q[names == name]) for name in np.unique(names)), default=0) < FEWEST_PLACED:
         names[:] = ""
     for name, _ in Counter(names.tolist()).most_common():
-        mine = np.flatnonzero(names == name)
-        few = poses_among(q[mine]) < (ENOUGH if first is None else ENOUGH_PLACED)
-        found = _placed(T[mine], data.position[rows[mine]], few, first)
-        error[mine], typical[mine] = found.residual, found.typical
-        lost = first is not None and first.typical < SUSPICIOUS_M < found.typical
-        told = _wrong(found, T[mine], arm.rows(mine), q[mine], few)
-        wrong[mine] = lost or told & (np.linalg.norm(found.residual, axis=1) > _least(data, rows[mine]))
-        if wrong[mine].mean() > LARGEST_SHARE_OUT:
+        members = np.flatnonzero(names == name)
+        few = poses_among(q[members]) < (ENOUGH if first is None else ENOUGH_PLACED)
+        alignment = _placed(T[members], data.position[rows[members]], few, first)
+        error[members], typical[members] = alignment.residual, alignment.typical
+        lost = first is not None and first.typical < SUSPICIOUS_M < alignment.typical
+        far = _wrong(alignment, T[members], arm.rows(members), q[members], few)
+        wrong[members] = lost or far & (np.linalg.norm(alignment.residual, axis=1) > _least(data, rows[members]))
+        if wrong[members].mean() > LARGEST_SHARE_OUT:
             doubtful.append(str(name))
         if first is None:
-            first, T = found, T.copy()
-            T[:, :3, 3] += T[:, :3, :3] @ found.tool
+            first, T = alignment, T.copy()
+            T[:, :3, 3] += T[:, :3, :3] @ alignment.tool
     if first is None:
         return Agreement(rows, wrong, error, typical, (), False, False)
     return Agreement(rows, wrong, error, typical, tuple(doubtful), fits(first), first.typical < SUSPICIOUS_M)
@@ -114,21 +114,21 @@ def poses_among(q: Array) -> int:
     return len(np.unique(np.round(q, 6), axis=0))
 
 
-def _wrong(found: Alignment, T: Array, arm: PlacedArm, q: Array, few: bool) -> NDArray[np.bool_]:
+def _wrong(alignment: Alignment, T: Array, arm: PlacedArm, q: Array, few: bool) -> NDArray[np.bool_]:
     """Return (n,) mask of rows that cannot be right; all False if the arm does not fit as a whole.
 
     Of few poses at most one can be told: all False, too, if more seem wrong.
 
     Args:
-        found: the alignment with the residuals; T: (n, 4, 4) flanges [m]; arm: at these rows; q: (n, 6) [rad].
+        alignment: the alignment with the residuals; T: (n, 4, 4) flanges [m]; arm: at these rows; q: (n, 6) [rad].
         few: whether there are few poses.
     """
-    off = np.linalg.norm(found.residual, axis=1)
-    if found.typical > SUSPICIOUS_M:
+    off = np.linalg.norm(alignment.residual, axis=1)
+    if alignment.typical > SUSPICIOUS_M:
         return np.zeros(len(off), dtype=bool)
-    wrong = off > max(LEAST_M, TIMES * found.typical)
+    wrong = off > max(LEAST_M, TIMES * alignment.typical)
     if len(off) >= ENOUGH_ZEROS and off.max() > LEAST_M and not few and wrong.mean() < LARGEST_SHARE_OUT:
-        off = _beside_zeros(found, T, arm, q)
+        off = _with_zeros(alignment, T, arm, q)
         wrong |= off > max(LEAST_M, TIMES_FITTED * float(np.median(off)))
     return np.asarray(wrong & (not few or wrong.sum() == 1))
 
@@ -153,29 +153,27 @@ def _placed(T: Array, position: Array, few: bool, first: Alignment | None) -> Al
     return min(_settled(T, position, tool, near(position)), others, key=lambda found: found.typical)
 
 
-def _beside_zeros(found: Alignment, T: Array, arm: PlacedArm, q: Array) -> Array:
+def _with_zeros(alignment: Alignment, T: Array, arm: PlacedArm, q: Array) -> Array:
     """Return (n,) distances [m] that a fit of joint zeros, place and tool leaves (least trimmed squares).
 
     Most of what an arm lacks in its nominal kinematics is in its zeros, so that a smaller error of a row shows.
 
     Args:
-        found: the alignment to start from; T: (n, 4, 4) flanges; q: (n, 6) [rad].
+        alignment: the alignment to start from; T: (n, 4, 4) flanges; q: (n, 6) [rad].
     """
-    R, tcp = found.T_instrument_base[:3, :3], T.copy()
-    tcp[:, :3, 3] += T[:, :3, :3] @ found.tool
+    R, tcp = alignment.T_instrument_base[:3, :3], T.copy()
+    tcp[:, :3, 3] += T[:, :3, :3] @ alignment.tool
     turned = jacobian(arm.robot, q, np.linalg.inv(arm.flange(q)) @ tcp)[:, :3]
     if arm.T_reference_base is not None:
         turned = arm.T_reference_base[:, :3, :3] @ turned
     placed, tool = tcp[:, :3, 3] @ R.T, R @ T[:, :3, :3]
     design = np.concatenate([np.broadcast_to(np.eye(3), tool.shape), -skew(placed), tool, R @ turned], axis=2)
-    kept, some = (
-        int(np.ceil((1 - LARGEST_SHARE_OUT) * len(T))),
-        np.flatnonzero(_closest_half(design, found.residual, 8)),
-    )
+    kept = int(np.ceil((1 - LARGEST_SHARE_OUT) * len(T)))
+    kept_rows = np.flatnonzero(_closest_half(design, alignment.residual, 8))
     for _ in range(HALVINGS):
-        step, *_ = np.linalg.lstsq(design[some].reshape(-1, 15), found.residual[some].ravel(), rcond=1e-6)
-        off = np.linalg.norm(found.residual - design @ step, axis=1)
-        some = np.argsort(off)[:kept]
+        step, *_ = np.linalg.lstsq(design[kept_rows].reshape(-1, 15), alignment.residual[kept_rows].ravel(), rcond=1e-6)
+        off = np.linalg.norm(alignment.residual - design @ step, axis=1)
+        kept_rows = np.argsort(off)[:kept]
     return np.asarray(off)
 
 
@@ -186,15 +184,15 @@ def _settled(T: Array, position: Array, tool: bool, agree: NDArray[np.bool_]) ->
         T, position: as in `_placed`; tool: whether the tool is fitted; agree: (n,) mask of rows to start from.
     """
     for _ in range(HALVINGS):
-        found = align(T, position, tool, agree)
+        alignment = align(T, position, tool, agree)
         # An alignment at another scale has no residuals.
-        off = np.nan_to_num(np.linalg.norm(found.residual, axis=1), nan=np.inf)
-        found = replace(found, typical=float(np.median(off)))
-        closer = off <= max(LEAST_M, TIMES * found.typical)
-        if (closer == agree).all() or found.typical == np.inf:
+        off = np.nan_to_num(np.linalg.norm(alignment.residual, axis=1), nan=np.inf)
+        alignment = replace(alignment, typical=float(np.median(off)))
+        closer = off <= max(LEAST_M, TIMES * alignment.typical)
+        if (closer == agree).all() or alignment.typical == np.inf:
             break
         agree = closer
-    return found
+    return alignment
 
 
 def _proposed(T: Array, position: Array, tool: bool) -> NDArray[np.bool_]:
@@ -214,21 +212,21 @@ def _closest_half(design: Array, wanted: Array, size: int) -> NDArray[np.bool_]:
     Args:
         design: (n, 3, u); wanted: (n, 3). size: rows of a sample, more than are needed: that makes it steadier.
     """
-    some = np.linspace(0, len(wanted) - 1, min(len(wanted), LOOKED_AT)).astype(int)
-    design, wanted = design[some], wanted[some]
+    sample = np.linspace(0, len(wanted) - 1, min(len(wanted), LOOKED_AT)).astype(int)
+    design, wanted = design[sample], wanted[sample]
     g = np.random.default_rng(0)
-    drawn = np.array([g.choice(len(some), size, replace=False) for _ in range(SAMPLES)])
-    off = _distances_left(design, wanted, drawn)
+    drawn = np.array([g.choice(len(sample), size, replace=False) for _ in range(SAMPLES)])
+    off = _distances(design, wanted, drawn)
     for _ in range(HALVINGS):
         best = np.argsort(np.median(off, axis=1))[:BEST]
-        drawn = np.argsort(off[best], axis=1)[:, : len(some) // 2]
-        off = _distances_left(design, wanted, drawn)
-    agree = np.zeros(int(some[-1]) + 1, dtype=bool)
-    agree[some[drawn[np.argmin(np.median(off, axis=1))]]] = True
+        drawn = np.argsort(off[best], axis=1)[:, : len(sample) // 2]
+        off = _distances(design, wanted, drawn)
+    agree = np.zeros(int(sample[-1]) + 1, dtype=bool)
+    agree[sample[drawn[np.argmin(np.median(off, axis=1))]]] = True
     return agree
 
 
-def _distances_left(design: Array, wanted: Array, drawn: NDArray[np.int_]) -> Array:
+def _distances(design: Array, wanted: Array, drawn: NDArray[np.int_]) -> Array:
     """Return (k, n) norms of design x - wanted of all rows, for k least-squares solutions x from m rows each.
 
     Args:

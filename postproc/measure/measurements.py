@@ -147,10 +147,10 @@ class Measurements:
         session = self._sessions(clock)
         q = np.round(state.q, 9) + 0.0
         mixed = [blake2b(row.tobytes(), digest_size=8).digest() for row in q]
-        told = np.nan_to_num(np.column_stack([q, self._tie_breakers()]), nan=-1e9)
+        tie_breakers = np.nan_to_num(np.column_stack([q, self._tie_breakers()]), nan=-1e9)
         if clock is not None:
-            return np.lexsort((*told.T, clock, session))
-        return np.lexsort((*told.T, _rank(mixed), session))
+            return np.lexsort((*tie_breakers.T, clock, session))
+        return np.lexsort((*tie_breakers.T, np.unique(np.array(mixed), return_inverse=True)[1], session))
 
     def _sessions(self, clock: Array | None) -> NDArray[np.int_]:
         """Return (n,) rank of the session of each row: by file, then by its first time, then by its name."""
@@ -209,8 +209,3 @@ class Measurements:
             key = (labels[i], int(sessions[i]), stacked[i].tobytes())
             groups[i] = keys.setdefault(key, len(keys))
         return groups
-
-
-def _rank(labels: Sequence[Any]) -> NDArray[np.int_]:
-    """Return (n,) rank of each label among the distinct ones, sorted."""
-    return np.unique(np.array(labels), return_inverse=True)[1]

@@ -33,10 +33,10 @@ def observations(rotation: bool, joint: bool) -> tuple[Observation, ...]:
     Args:
         rotation, joint: whether orientations, and joint angles on the output side, have columns.
     """
-    found = [Observation("position", slice(0, 3), "mm", "axis", "the points")]
+    kinds = [Observation("position", slice(0, 3), "mm", "axis", "the points")]
     if rotation:
-        found.append(Observation("orientation", slice(3, 6), "mrad", "axis", "the orientations"))
+        kinds.append(Observation("orientation", slice(3, 6), "mrad", "axis", "the orientations"))
     if joint:
-        start = found[-1].columns.stop
-        found.append(Observation("joint", slice(start, start + 6), "mrad", "joint", "the joint angles"))
-    return tuple(found)
+        start = kinds[-1].columns.stop
+        kinds.append(Observation("joint", slice(start, start + 6), "mrad", "joint", "the joint angles"))
+    return tuple(kinds)

@@ -1,7 +1,8 @@
-"""Rows recorded while the arm moves: speeds, accelerations and approach sides from the angles and their times."""
+"""Rows recorded while the arm moves: one clock that goes on, and speeds, accelerations and sides from the angles."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -11,8 +12,13 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.channels.state import State
 from postproc.diagnostics import Diagnostic, Source
-from postproc.measure.clock import FEWEST_ROWS_IN_LINE, evenly_spaced, without_restarts
 
+PAUSE_S = 1.0
+"""Between clocks that were set back: what follows the time goes on, and no record spans them."""
+FEWEST_ROWS_IN_LINE = 10
+"""Rows of a stretch, and of a line of times."""
+CLOCK_STEPS = 10.0 ** np.arange(0, -7, -1)
+"""Decimal places [s] to which stamps may be written."""
 GAP_S = 0.25
 """Rows farther apart in time than this do not belong to one record."""
 SMOOTH = 0.2
@@ -28,6 +34,52 @@ Angles rounded to 0.001 deg then leave a standard deviation below 0.01 rad/s^2, 
 """
 
 
+def going_on(times: Sequence[Array | None]) -> list[Array | None]:
+    """Return times [s] of consecutive tables or records as one clock, None for those without times.
+
+    Times that begin before the end of those in front are moved to `PAUSE_S` behind it; others stay.
+
+    Args:
+        times: (n,) of each [s], or None.
+    """
+    end, result = -np.inf, []
+    for time in times:
+        if time is not None and len(time):
+            time = time if time.min() > end else time - time.min() + end + PAUSE_S
+            end = float(time.max())
+        result.append(time)
+    return result
+
+
+def without_restarts(time: Array) -> tuple[Array, int]:
+    """Return times (n,) [s] in file order as one clock that never restarts, and how often it had restarted.
+
+    A clock that is set back repeats some of the times before; stretches that stand in another order do not, and stay.
+    """
+    parts = np.split(time, np.flatnonzero(np.diff(time) < 0) + 1)
+    again = [b.min() <= a.max() and b.max() >= a.min() for a, b in pairwise(parts)]
+    if not any(again) or min(map(len, parts)) < FEWEST_ROWS_IN_LINE:
+        return time, 0
+    return np.concatenate([part for part in going_on(parts) if part is not None]), sum(again)
+
+
+def evenly_spaced(time: Array) -> Array | None:
+    """Return (n,) evenly spaced times [s] in place of coarse stamps; None where stamps are fine or not so spaced.
+
+    Rounded stamps are off a line by half of their last decimal place; so are stamps that are cut, all to one side.
+    """
+    if len(time) < FEWEST_ROWS_IN_LINE:
+        return None
+    row = np.arange(len(time))
+    line = time[0] + np.polyval(np.polyfit(row, time - time[0], 1), row)
+    apart = np.diff(np.unique(time))
+    step = next((s for s in CLOCK_STEPS if np.abs(time / s - np.round(time / s)).max() < 1e-3), 0.0)
+    # Rows that share a stamp tell how coarse the clock is, whatever its decimals.
+    step = max(step, float(apart.min(initial=np.inf)) if len(apart) < len(time) - 1 else 0.0)
+    off = float(np.abs(time - line).max())
+    return line if 1e-9 < off <= 0.75 * step else None
+
+
 def with_motion(state: State, source: Source) -> tuple[State, list[Diagnostic]]:
     """Return the state with speeds, accelerations and approach sides, where rows with times record moving joints.
 
@@ -39,16 +91,16 @@ def with_motion(state: State, source: Source) -> tuple[State, list[Diagnostic]]:
     lacking = [name for name, channel in derived.items() if channel is None]
     if not {"joint speeds", "accelerations"} & set(lacking) or state.time is None or not np.isfinite(state.q).all():
         return state, []
-    whole, restarts = without_restarts(state.time)
-    order = np.argsort(whole, kind="stable")
-    q, time = state.q[order], whole[order]
+    clock, restarts = without_restarts(state.time)
+    order = np.argsort(clock, kind="stable")
+    q, time = state.q[order], clock[order]
     session = np.zeros(len(q)) if state.session is None else state.session[order]
-    alike = session[1:] == session[:-1]
-    lines = [(run, evenly_spaced(time[run])) for run in _runs((np.diff(time) <= GAP_S) & alike)]
+    same_session = session[1:] == session[:-1]
+    lines = [(run, evenly_spaced(time[run])) for run in _runs((np.diff(time) <= GAP_S) & same_session)]
     counted = [(run, line) for run, line in lines if line is not None]
     for run, line in counted:
         time[run] = line
-    joined = (np.diff(time) > 0) & (np.diff(time) <= GAP_S) & alike
+    joined = (np.diff(time) > 0) & (np.diff(time) <= GAP_S) & same_session
     v, known = _speeds(q, time, joined)
     if known.sum() < max(FEWEST_ROWS_IN_LINE, 0.5 * len(q)) or not _moves(q, v, joined):
         return state, []
@@ -62,10 +114,10 @@ def with_motion(state: State, source: Source) -> tuple[State, list[Diagnostic]]:
     message += f"; the clock begins anew {restarts} times and goes on" if restarts else ""
     message += "; it counts the rows, for which its stamps are coarse" if counted else ""
     help_ = "columns v1_deg_s .. and a1_deg_s2 .. from the controller are better, where it records them"
-    found = Diagnostic("DAT014", "info", message, source, help=help_)
+    finding = Diagnostic("DAT014", "info", message, source, help=help_)
     approach = _sides(v, joined)[back] if state.approach is None else state.approach
     a = _accelerations(q, time, joined, rate)[back] if state.a is None else state.a
-    return state.with_(v=v[back] if state.v is None else state.v, a=a, approach=approach, time=time[back]), [found]
+    return state.with_(v=v[back] if state.v is None else state.v, a=a, approach=approach, time=time[back]), [finding]
 
 
 def is_record(state: State) -> bool:
@@ -89,9 +141,9 @@ def _speeds(q: Array, time: Array, joined: NDArray[np.bool_]) -> tuple[Array, ND
         q: (n, 6); time: (n,); joined: (n - 1,) which rows follow the one before in a record.
     """
     v, known = np.zeros_like(q), np.zeros(len(q), dtype=bool)
-    for some in _runs(joined):
-        if some.stop - some.start > 1:
-            v[some], known[some] = np.gradient(q[some], time[some], axis=0), True
+    for run in _runs(joined):
+        if run.stop - run.start > 1:
+            v[run], known[run] = np.gradient(q[run], time[run], axis=0), True
     return v, known
 
 
@@ -105,19 +157,19 @@ def _accelerations(q: Array, time: Array, joined: NDArray[np.bool_], rate: float
     a = np.zeros_like(q)
     for run in _runs(joined):
         first, end = run.start, run.stop
-        some = min(size, end - first)
-        if some < 3:
+        rows = min(size, end - first)
+        if rows < 3:
             continue
         # Rows near the ends of a record have the parabola of its first or last full window.
-        t = windows(time[first:end], some)
+        t = windows(time[first:end], rows)
         t = t - t.mean(axis=1, keepdims=True)
         square = t**2
         # What is left of t^2 beside a constant and t: the weights of the parabola's curvature.
         share = np.sum(square * t, axis=1, keepdims=True) / np.sum(square, axis=1, keepdims=True)
         bend = square - square.mean(axis=1, keepdims=True) - share * t
-        along = np.einsum("wk,wjk->wj", bend, windows(q[first:end], some, axis=0))
+        along = np.einsum("wk,wjk->wj", bend, windows(q[first:end], rows, axis=0))
         middle = 2 * along / np.sum(bend**2, axis=1, keepdims=True)
-        a[first:end] = middle[np.clip(np.arange(end - first) - some // 2, 0, len(middle) - 1)]
+        a[first:end] = middle[np.clip(np.arange(end - first) - rows // 2, 0, len(middle) - 1)]
     return a
 
 

@@ -46,8 +46,8 @@ def deflect(model: Model, state: State) -> Deflection:
         if share.joint is not None:
             joint = joint + share.joint
         for b, xi in share.body.items():
-            whole = np.broadcast_to(xi, (n, 6))
-            body[b] = body[b] + whole if b in body else whole
+            moved = np.broadcast_to(xi, (n, 6))
+            body[b] = body[b] + moved if b in body else moved
         tool = _plus(tool, share.tool)
         instrument = _plus(instrument, share.instrument)
     return Deflection(joint, body, tool, instrument)

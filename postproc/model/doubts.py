@@ -25,15 +25,15 @@ def doubts(model: Model) -> Iterator[tuple[str, str, Diagnostic]]:
 
     Examples are a negative compliance or mass; of several such values of one effect the first is named.
     """
-    beside = {effect.key: effect for effect in model.effects}
-    for key, effect in beside.items():
-        none = effect.impossible(model.robot, beside) | below_least(model, effect)
+    effects = {effect.key: effect for effect in model.effects}
+    for key, effect in effects.items():
+        none = effect.impossible(model.robot, effects) | below_least(model, effect)
         if none.any():
             first = int(np.argmax(none))
             entry = f"{effect.names()[first]} = {effect.vector()[first]:g}"
             help_ = f"check signs and units (`postproc effects show {key}`); a fit that came to this misses a load: "
-            found = Diagnostic("MOD005", "error", f"no arm has `{entry}` of `{key}`", help=help_ + "`diagnose`")
-            yield key, list(effect.parameters())[effect.layout.parameter[first]], found
+            finding = Diagnostic("MOD005", "error", f"no arm has `{entry}` of `{key}`", help=help_ + "`diagnose`")
+            yield key, list(effect.parameters())[effect.layout.parameter[first]], finding
 
 
 def flange_mass(model: Model, state: State) -> Array:

@@ -88,7 +88,7 @@ def equilibrium(model: Model, state: State, also: tuple[int, ...] = (), settled:
         state = state.with_(
             T_base_body=np.zeros((0, 7, 4, 4)), joint_load=np.zeros((0, 6)), body_load=np.zeros((0, 7, 6))
         )
-        return _rest(model, state, Deflection(np.zeros((0, 6)), {}, None, None), ())
+        return _settled(model, state, Deflection(np.zeros((0, 6)), {}, None, None), ())
     loaded = carries_load(model)
     bodies = tuple(sorted({*(active_bodies(model, state) if loaded else ()), *also}))
     deflection = Deflection(np.zeros((len(state), 6)), {}, None, None)
@@ -106,7 +106,7 @@ def equilibrium(model: Model, state: State, also: tuple[int, ...] = (), settled:
         worst = float(change.max())
         # Sweeps contract evenly, so the next change is foretold and need not be computed.
         if not loaded or worst < settled or (worst < FORETOLD * settled and worst * (worst / last) < 0.1 * settled):
-            return _rest(model, seen, deflection, bodies)
+            return _settled(model, seen, deflection, bodies)
         if not np.isfinite(worst) or worst > 10.0 * REACH:
             break
         last = worst
@@ -123,7 +123,7 @@ def unsettled(index: int) -> PostprocError:
     )
 
 
-def _rest(model: Model, state: State, deflection: Deflection, bodies: tuple[int, ...]) -> Equilibrium:
+def _settled(model: Model, state: State, deflection: Deflection, bodies: tuple[int, ...]) -> Equilibrium:
     """Return the `Equilibrium` at a converged deflection; the states hold its loads, computed for ``bodies``."""
     every = tuple(sorted({*bodies, *deflection.body}))
     chain = deflected_chain(model.robot, state.q + deflection.joint, deflection.body, bool(deflection.body))
@@ -150,12 +150,12 @@ def active_bodies(model: Model, state: State) -> tuple[int, ...]:
     is read. A comparison hides NaN, so an effect that reads loads and returns none counts as reading those of all
     bodies.
     """
-    asked: list[str] = []
+    requests: list[str] = []
 
     class Listening(State):
         def __getattribute__(self, name: str) -> Any:
             if name == "body_load":
-                asked.append(name)
+                requests.append(name)
             return super().__getattribute__(name)
 
     probe = state.rows(np.zeros(8, dtype=int))
@@ -169,13 +169,13 @@ def active_bodies(model: Model, state: State) -> tuple[int, ...]:
         joint_load=np.zeros((8, 6)),
         body_load=body_load,
     )
-    found: set[int] = set()
+    bodies: set[int] = set()
     listening = Listening(**{f.name: getattr(probe, f.name) for f in fields(probe)})
     for effect in model.effects:
-        asked.clear()
+        requests.clear()
         share = displacement_of(effect, listening)
         parts = [share.joint, share.tool, share.instrument, *share.body.values()]
         read = np.array([np.isnan(p).any(axis=1) for p in parts if p is not None and p.ndim == 2]).reshape(-1, 8)
         shown = {b for b in ALL_BODIES if read[:, b].any()}
-        found |= {*share.body, *(shown or (ALL_BODIES if asked else ()))}
-    return tuple(sorted(found))
+        bodies |= {*share.body, *(shown or (ALL_BODIES if requests else ()))}
+    return tuple(sorted(bodies))

@@ -19,7 +19,7 @@ from postproc.effects.roles import Role
 from postproc.files import read_source
 from postproc.model.arm import Model, StatedPrior
 from postproc.model.doubts import doubts
-from postproc.model.packed import unpack_correlation
+from postproc.model.uncertainty import unpack_correlation
 from postproc.numbers import read_number
 from postproc.robot.arm import Robot
 from postproc.robot.catalogue import list_robots, load_robot
@@ -123,19 +123,19 @@ class _Fit(FileTable):
 
     @field_validator("sigma")
     @classmethod
-    def _a_sigma_for_each_parameter(cls, sigma: list[float], found: ValidationInfo) -> list[float]:
+    def _a_sigma_for_each_parameter(cls, sigma: list[float], info: ValidationInfo) -> list[float]:
         """Return the standard deviations; refuse them if not one a parameter."""
-        count = len(found.data.get("parameters", []))
+        count = len(info.data.get("parameters", []))
         if len(sigma) != count:
             raise PydanticCustomError("sigma", f"{len(sigma)} numbers for {count} parameters", AGAIN)
         return sigma
 
     @field_validator("correlation")
     @classmethod
-    def _of_the_parameters(cls, text: str, found: ValidationInfo) -> str:
+    def _of_the_parameters(cls, text: str, info: ValidationInfo) -> str:
         """Return a packed correlation; refuse a text that is not that of the parameters, or that lacks their sigma."""
-        count = len(found.data.get("sigma", []))
-        if text and not count and found.data.get("parameters"):
+        count = len(info.data.get("sigma", []))
+        if text and not count and info.data.get("parameters"):
             raise PydanticCustomError("sigma", "there is no `sigma` to it", AGAIN)
         try:
             unpack_correlation(text, count)
@@ -145,10 +145,10 @@ class _Fit(FileTable):
 
     @field_validator("covariance")
     @classmethod
-    def _a_row_for_each_parameter(cls, rows: list[list[float]], found: ValidationInfo) -> list[list[float]]:
+    def _a_row_for_each_parameter(cls, rows: list[list[float]], info: ValidationInfo) -> list[list[float]]:
         """Return the rows of a covariance; refuse them if not one a parameter, or not positive semidefinite."""
-        count = len(found.data.get("parameters", []))
-        if found.data.get("correlation"):
+        count = len(info.data.get("parameters", []))
+        if info.data.get("correlation"):
             raise PydanticCustomError("twice", "`correlation` states it already", {"help": "take one of the two out"})
         if len(rows) != count:
             raise PydanticCustomError("rows", f"{len(rows)} rows for {count} parameters", AGAIN)
@@ -162,9 +162,9 @@ class _Fit(FileTable):
 
     @field_validator("unseen")
     @classmethod
-    def _a_number_for_each_parameter(cls, rows: list[list[float]], found: ValidationInfo) -> list[list[float]]:
+    def _a_number_for_each_parameter(cls, rows: list[list[float]], info: ValidationInfo) -> list[list[float]]:
         """Return the directions; refuse one that has not one number for each fitted and each undetermined parameter."""
-        count = len(found.data.get("parameters", [])) + len(found.data.get("not_identifiable", []))
+        count = len(info.data.get("parameters", [])) + len(info.data.get("not_identifiable", []))
         odd = next((i for i, row in enumerate(rows) if len(row) != count), None)
         if odd is not None:
             raise PydanticCustomError("row", f"row {odd + 1} has {len(rows[odd])} numbers, not {count}", AGAIN)
@@ -266,16 +266,16 @@ def parse_model(source: Source, library: Mapping[str, type[Effect]] | None = Non
 
 def _check_signs(model: Model, source: Source) -> None:
     """Raise MOD005 for values that no arm has; called where the user wrote them, not a fit."""
-    found = [replace(d, source=source, span=span_of(source, ("effects", *keys))) for *keys, d in doubts(model)]
-    if found:
-        raise PostprocError(found)
+    findings = [replace(d, source=source, span=span_of(source, ("effects", *keys))) for *keys, d in doubts(model)]
+    if findings:
+        raise PostprocError(findings)
 
 
 def _robot(name: str, source: Source) -> Robot:
     """Load the robot of a model file: a file beside it, else a library name; errors point to the key ``robot``."""
-    beside = Path(source.path).parent / name
+    local = Path(source.path).parent / name
     try:
-        return load_robot(beside if name not in list_robots() and isfile(beside) else name)
+        return load_robot(local if name not in list_robots() and isfile(local) else name)
     except PostprocError as error:
         at = span_of(source, ("robot",), value=True)  # of what has no place of its own: the name
         placed = [replace(d, source=source, span=at) if d.source is None else d for d in error.diagnostics]
@@ -284,7 +284,7 @@ def _robot(name: str, source: Source) -> Robot:
 
 def _priors(file: ModelFile, source: Source, library: Mapping[str, type[Effect]]) -> dict[str, StatedPrior]:
     """Return the stated priors by parameter name; raises MOD002 for names that no effect has."""
-    found: list[Diagnostic] = []
+    findings: list[Diagnostic] = []
     for name in file.priors:
         key, _, parameter = name.partition(".")
         known = library[key].parameters() if key in library else None
@@ -292,30 +292,30 @@ def _priors(file: ModelFile, source: Source, library: Mapping[str, type[Effect]]
             names = library if known is None else [f"{key}.{p}" for p in known]
             message = f"`{name}` is no parameter of an effect"
             help_ = did_you_mean(key if known is None else name.partition("[")[0], names)
-            found.append(Diagnostic("MOD002", "error", message, source, span_of(source, ("priors", name)), help_))
-    if found:
-        raise PostprocError(found)
+            findings.append(Diagnostic("MOD002", "error", message, source, span_of(source, ("priors", name)), help_))
+    if findings:
+        raise PostprocError(findings)
     return {name: StatedPrior(*prior) for name, prior in file.priors.items()}
 
 
 def _effects(file: ModelFile, source: Source, library: Mapping[str, type[Effect]]) -> tuple[Effect, ...]:
     """Build the effects of a model file; raises all MOD003 and EFF diagnostics at once."""
-    found: list[Diagnostic] = []
+    findings: list[Diagnostic] = []
     effects: list[Effect] = []
     for key, table in file.effects.items():
         where = ("effects", key)
         if key not in library:
-            own = "an effect of your own is made known with `--effects FILE.py`"
-            help_ = f"{did_you_mean(key, library)} If not, {own}".removeprefix(" If not, ")
+            custom = "an effect of your own is made known with `--effects FILE.py`"
+            help_ = f"{did_you_mean(key, library)} If not, {custom}".removeprefix(" If not, ")
             message = f"there is no effect `{key}`"
-            found.append(Diagnostic("MOD003", "error", message, source, span_of(source, where), help_))
+            findings.append(Diagnostic("MOD003", "error", message, source, span_of(source, where), help_))
             continue
         problems = library[key].problems(table)
-        found += [p.diagnostic(source, span_of(source, (*where, p.field))) for p in problems]
+        findings += [p.diagnostic(source, span_of(source, (*where, p.field))) for p in problems]
         if not problems:
             effects.append(library[key].from_file(table))
     if not file.effects.keys() <= library.keys():
-        found += installed_effects()[1]
-    if found:
-        raise PostprocError(found)
+        findings += installed_effects()[1]
+    if findings:
+        raise PostprocError(findings)
     return tuple(effects)

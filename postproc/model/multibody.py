@@ -64,8 +64,8 @@ class Multibody:
         self.columns = dict(zip(bodies, self.spring, strict=True))
         self.place = np.empty(self.size, dtype=int)
         self.place[self.joint] = np.arange(6)
-        for b, own in self.columns.items():
-            self.place[own] = BODY + 6 * b + np.arange(6)
+        for b, block in self.columns.items():
+            self.place[block] = BODY + 6 * b + np.arange(6)
 
     @property
     def size(self) -> int:
@@ -87,9 +87,9 @@ class Multibody:
         q = np.zeros((self.base + self.size, n), order="F")
         q[self.base :] = coordinates.T
         rates = [np.zeros_like(q, order="F") for _ in range(2)]
-        for rate, given in zip(rates, (v, a), strict=True):
-            if given is not None:
-                rate[self.base + self.joint] = given.T
+        for rate, motion in zip(rates, (v, a), strict=True):
+            if motion is not None:
+                rate[self.base + self.joint] = motion.T
         if base is not None:
             pull, (x, y, z), turn = base[0].T, base[1].T, base[2].T
             rates[0][3:6] = x, y, z

@@ -29,8 +29,9 @@ def render_model(model: Model, before: str = "") -> str:
 
     document = tomlkit.parse(before) if before else tomlkit.document()
     content: dict[str, Any] = {"robot": model.robot_name or model.robot.name}
-    if source := _stiffness_source(model):
-        content["stiffness_source"] = source
+    fitted = any(str(name).startswith("joint_compliance.") for name in model.fit.get("parameters", []))
+    if fitted or model.stiffness_source:
+        content["stiffness_source"] = "measured" if fitted else model.stiffness_source
     content |= _frames(model, document)
     if model.station is not None and model.station.joints and "external_axes" not in document:
         content["external_axes"] = stated_axes(model.station)
@@ -42,12 +43,6 @@ def render_model(model: Model, before: str = "") -> str:
     _merge(document, content, prune=("effects", "priors", "fit"))
     text = tomlkit.dumps(document)
     return text if TIGHT.search(before) else TIGHT.sub(r"\1\n", text)
-
-
-def _stiffness_source(model: Model) -> str:
-    """Return where joint stiffness comes from: ``measured`` if it was fitted, else what the model states."""
-    fitted = any(str(name).startswith("joint_compliance.") for name in model.fit.get("parameters", []))
-    return "measured" if fitted else model.stiffness_source
 
 
 def _frames(model: Model, document: Mapping[str, Any]) -> dict[str, Any]:
@@ -99,9 +94,9 @@ def _in_lines(value: Any) -> Any:
         return tomlkit.string(value, literal=True, multiline=True)
     if not isinstance(value, list) or not all(isinstance(x, str) for x in value) or sum(map(len, value)) < LONG:
         return value
-    found = tomlkit.array()
-    found.extend(value)
-    return found.multiline(True)
+    array = tomlkit.array()
+    array.extend(value)
+    return array.multiline(True)
 
 
 def _unwrapped(item: Any) -> Any:

@@ -62,8 +62,8 @@ def remaining_fraction(model: Model, state: State) -> tuple[float, float]:
     drawn = np.exp(norm.ppf(qmc.Sobol(len(spread), rng=np.random.default_rng(0)).random(DRAWS)) * spread)
     sources = np.column_stack([drawn[:, 6:], np.ones(DRAWS)])
     a = (drawn[:, :6, None] * sources[:, None, :]).reshape(DRAWS, -1)
-    left, whole = (np.einsum("kp,pq,kq->k", x, gram, x, optimize=True) for x in (a - 1.0, a))
-    low, high = np.quantile(np.sqrt(np.maximum(left, 0.0) / whole), [0.025, 0.975])
+    remaining, full = (np.einsum("kp,pq,kq->k", x, gram, x, optimize=True) for x in (a - 1.0, a))
+    low, high = np.quantile(np.sqrt(np.maximum(remaining, 0.0) / full), [0.025, 0.975])
     return float(low), float(high)
 
 
@@ -77,10 +77,10 @@ def _shares(model: Model, state: State) -> Array:
     if spring is None:
         return np.zeros((42, 3 * len(state)))
     state = model.with_arm(state)
-    whole = _torques(model, state)
+    full = _torques(model, state)
     bare = state.with_(payload_mass=None, wrench=None)
     single = [_torques(_only(model, body), bare) for body in range(1, 7)]
-    torques = np.stack([*single, whole - np.sum(single, axis=0)])  # (7, n, 6)
+    torques = np.stack([*single, full - np.sum(single, axis=0)])  # (7, n, 6)
     columns = jacobian(model.robot, state.q, state.T_flange_tcp)[:, :3] * spring.vector()  # (n, 3, 6)
     return np.einsum("nij,snj->jsni", columns, torques).reshape(42, -1)
 

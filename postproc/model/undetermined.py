@@ -60,21 +60,21 @@ def undetermined_under_load(model: Model, state: State, within_95: float) -> Und
     at_prior = [k for k, (key, i) in enumerate(parameters) if parameter_name(model, key, i) in names]
     if not at_prior:
         return None
-    S = whole_covariance(known)
+    S = full_covariance(known)
     inner = S[np.ix_(at_prior, at_prior)]
     scale = np.sqrt(np.diag(inner))
     D = derivatives(model, state, parameters)[0]
-    own = D @ S[:, at_prior] / scale  # (n, 3, u), one column a standard deviation
+    scaled = D @ S[:, at_prior] / scale  # (n, 3, u), one column a standard deviation
     correlation = inner / np.outer(scale, scale)
-    together = np.einsum("nix,xy,niy->n", own, np.linalg.pinv(correlation, hermitian=True), own)
-    alone = np.sum(own**2, axis=1)
+    together = np.einsum("nix,xy,niy->n", scaled, np.linalg.pinv(correlation, hermitian=True), scaled)
+    alone = np.sum(scaled**2, axis=1)
     worst = int(np.argmax(together))
     most = int(np.argmax(alone[worst]))
     column = at_prior[most]
     key, index = parameters[column]
     effect = model.effect(key)
     assert effect is not None
-    pull, told = _best_pull(model, state, parameters, S[:, column] / scale[most])
+    pull, shown = _best_pull(model, state, parameters, S[:, column] / scale[most])
     return Undetermined(
         float(within_95 * np.sqrt(together[worst] / 3)),
         key,
@@ -84,11 +84,11 @@ def undetermined_under_load(model: Model, state: State, within_95: float) -> Und
         float(scale[most]),
         float(within_95 * np.sqrt(alone[worst, most] / 3)),
         pull,
-        told,
+        shown,
     )
 
 
-def whole_covariance(known: Uncertainty) -> Array:
+def full_covariance(known: Uncertainty) -> Array:
     """Return the covariance (p + h, p + h) of the fitted and the open parameters together."""
     count, size = len(known.parameters), len(known.parameters) + len(known.held)
     S = np.zeros((size, size))

@@ -55,16 +55,16 @@ def transition(robot: Robot, jump: Array, joints_by_shift: Array, available: flo
     """
     w = np.maximum(np.abs(joints_by_shift @ jump).max(axis=0), 1e-12)
     speed, acceleration, jerk = (float((SHARE * x / w).min()) for x in (robot.speed, robot.acceleration, robot.jerk))
-    curve = fast = _rest_to_rest(speed, acceleration, jerk)
+    curve = fast = _between_stops(speed, acceleration, jerk)
     wanted = min(GENTLE, available)
     if fast.duration < wanted:
         # With the jerk alone as limit, a way of 1 from rest to rest takes (32 / jerk)^(1/3).
-        gentle = _rest_to_rest(speed, acceleration, 32.0 / wanted**3)
+        gentle = _between_stops(speed, acceleration, 32.0 / wanted**3)
         curve = gentle if gentle.duration <= available * (1 + 1e-9) else fast
     return Ramp(jump, float(min(curve.duration, max(available, 0.0))), curve)
 
 
-def _rest_to_rest(speed: float, acceleration: float, jerk: float) -> Any:
+def _between_stops(speed: float, acceleration: float, jerk: float) -> Any:
     """Ruckig trajectory of one coordinate from 0 to 1, from rest to rest under the three limits, without way-points.
 
     Ruckig would calculate way-points through a cloud service.

@@ -34,7 +34,7 @@ class Kind(Enum):
     CHANGED_TOO_DEEPLY = "{subject} is changed in blocks that are nested too deeply"
     CHANGED_UNFOLLOWED = "{subject} is changed in a routine that is not followed here"
     CHANGED_BEFORE_JUMP = "{subject} may have changed before the jump to here"
-    FOUND_BY_SEARCH = "{subject} is found by a search"
+    SEARCH_RESULT = "{subject} is found by a search"
     STATE_UNKNOWN = "{subject} is not known here"
     COUNTER = "a counter has no certain value here"
     # Names.
@@ -67,7 +67,7 @@ class Kind(Enum):
     TYPES = "the types of the expression do not fit each other"
     NESTED = "the calculation is nested too deeply"
     TEXT_TOO_LONG = "a text is longer than the 80 characters that a string holds"
-    NOT_WHOLE = "an array index is not a whole number"
+    NOT_INTEGER = "an array index is not a whole number"
     NO_COMPONENT = "`.{subject}` is not a known component"
     NO_PART = "the part that is written does not exist"
     NOT_ASSIGNABLE = "this cannot be assigned to"
@@ -92,7 +92,7 @@ class Kind(Enum):
     PAYLOAD = "the payload is not known: {cause}"
     DISPLACEMENT = "the program displacement is not known: {cause}"
     ADDED_TURN = "`PDispAdd` adds displacements of which one turns"
-    DISPLACED_FROM_HERE = "the displacement depends on where the arm stands at PDispOn"
+    DISPLACED_FROM_POSITION = "the displacement depends on where the arm stands at PDispOn"
     SOFT_SERVO = "`SoftAct` makes axes soft: the arm stands off by far more than the model says"
     EXTERNAL_OFFSET = "an offset of the external axes may be active"
     MOVED_OBJECT = "the work object `{subject}` is moved by `{cause}`, and no cell describes that unit"
@@ -137,7 +137,7 @@ class Unknown(Exception):
         self.missing = missing
         self.span = span
         self.key = key
-        self.held: tuple[str, ...] = ()  # keys of the data that it was written to since
+        self.stored_in: tuple[str, ...] = ()  # keys of the data that it was written to since
 
     def kept(self) -> Self:
         """The exception itself, to be stored as a value: its traceback, which holds memory, is dropped."""

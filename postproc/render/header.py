@@ -15,9 +15,9 @@ from postproc.diagnostics import Source
 from postproc.model.arm import Model
 from postproc.numbers import mm
 from postproc.rapid.syntax.edits import Edit
-from postproc.render.lines import indent_after, line_style
 from postproc.render.module import render_text
 from postproc.render.templates import environment, fill, load_template
+from postproc.render.text import indent_after, line_style
 
 
 def render_outputs(

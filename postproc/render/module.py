@@ -17,23 +17,24 @@ from postproc.compensation.text.slots import amounts_of
 from postproc.compensation.text.values import Change, Insertion, TargetValue
 from postproc.diagnostics import Source
 from postproc.grouping import grouped
-from postproc.rapid.evaluation.literals import numbers_of
+from postproc.rapid.evaluation.declared import numbers_of
 from postproc.rapid.program.program import Program
 from postproc.rapid.syntax.edits import Edit, edited
-from postproc.rapid.syntax.expressions import read_whole_expression
+from postproc.rapid.syntax.expressions import read_full_expression
 from postproc.rapid.syntax.spans import literal
 from postproc.rapid.syntax.trees import Number
-from postproc.render.lines import broken, line_style
-from postproc.render.numbers import (
+from postproc.render.templates import fill, load_template
+from postproc.render.text import (
     MM_DECIMALS,
     POWERS,
     QUATERNION_DECIMALS,
+    broken,
+    line_style,
     number_like,
     rapid_number,
     written_decimals,
     written_like,
 )
-from postproc.render.templates import fill, load_template
 
 # What a plain move keeps of the statement it is derived from (no signals, seam data).
 _PLAIN_ROLES = frozenset({"to", "via", "speed", "zone", "tool", "\\v", "\\wobj", "\\tload"})
@@ -84,7 +85,7 @@ def _around(env: SandboxedEnvironment, change: Change) -> Edit | None:
 def _amount_edits(change: Change) -> Iterator[Edit]:
     """Edits of the amounts in ``Offs`` or ``RelTool``: a new number for a number, a sum for any other expression."""
     data = change.source.data
-    tree = read_whole_expression(data, *change.span)
+    tree = read_full_expression(data, *change.span)
     written = data[slice(*change.span)].decode("latin-1")
     for axis, part in enumerate(amounts_of(tree)):
         text, law = data[slice(*part.span)].decode("latin-1"), change.law
@@ -219,12 +220,12 @@ def _arguments(insertion: Insertion, replaced: Mapping[str, str]) -> list[dict[s
     kept: list[dict[str, str]] = []
     previous_end = statement.span[0] + len(statement.instruction)
     for argument in statement.arguments:
-        lead = data[previous_end : argument.whole[0]].decode("latin-1")
-        previous_end = argument.whole[1]
+        lead = data[previous_end : argument.full_span[0]].decode("latin-1")
+        previous_end = argument.full_span[1]
         optional = argument.role.startswith("\\")
         if (optional and argument.role not in CARRIED) or (plain and argument.role not in _PLAIN_ROLES):
             continue
-        text = replaced.get(argument.role, data[slice(*argument.whole)].decode("latin-1"))
+        text = replaced.get(argument.role, data[slice(*argument.full_span)].decode("latin-1"))
         if not kept:
             lead = lead if lead.strip() == "" and lead else " "
         elif "," not in lead and not optional:

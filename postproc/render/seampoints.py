@@ -13,7 +13,7 @@ from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Severity, Source, Span
 from postproc.measure.read.cells import Cells, read_cells
 from postproc.measure.read.layout import ColumnMap
-from postproc.measure.read.values.numbers import as_number
+from postproc.measure.read.values import as_number
 from postproc.numbers import read_number
 
 POSITION_COLUMNS = ("x_mm", "y_mm", "z_mm")

@@ -13,7 +13,7 @@ from jinja2.sandbox import SandboxedEnvironment
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.files import read_source, resource
 from postproc.rapid.data.records import NO_AXIS
-from postproc.render.numbers import DEGREES_DECIMALS, MM_DECIMALS, QUATERNION_DECIMALS, rapid_number
+from postproc.render.text import DEGREES_DECIMALS, MM_DECIMALS, QUATERNION_DECIMALS, rapid_number
 
 
 def mm(values: Sequence[float | str]) -> list[str]:

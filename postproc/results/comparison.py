@@ -8,8 +8,7 @@ import numpy as np
 
 from postproc.channels.units import unit_of
 from postproc.estimation.findings import some_of_many
-from postproc.identification.compare import Comparison, sizes, worst_rows
-from postproc.identification.trends import Trend
+from postproc.identification.compare import Comparison, Trend, sizes, worst_rows
 from postproc.measure.errors import rms
 from postproc.numbers import mm, mm_or_none
 from postproc.report.blocks import (
@@ -172,8 +171,8 @@ def _sentence(comparison: Comparison, values: Values) -> str:
     noise_text = "the noise is not known" if noise is None else f"the noise is {noise:.3f} {kind.unit} per {kind.each}"
     subject = {"position": "The arm is", "orientation": "The flange is turned", "joint": "The worst joint is"}
     rows = values["set_aside_rows"]
-    some = "a row that lies" if len(rows) == 1 else f"{len(rows)} rows that lie"
-    without = f", without {some} far from everything else" if rows else ""
+    excluded = "a row that lies" if len(rows) == 1 else f"{len(rows)} rows that lie"
+    without = f", without {excluded} far from everything else" if rows else ""
     along = f" along {' and '.join(axes)}" if kind.name == "position" and len(axes) in (1, 2) else ""
     return (
         f"{subject[kind.name]} {values[kind.key('mean')]:.3f} {kind.unit} from where the model says{along}, "

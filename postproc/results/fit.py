@@ -67,8 +67,8 @@ def undetermined_sentences(fit: Fit) -> list[str]:
         shown = {(key, i): text for key in {key for key, _ in open_} for i, text in known_values(fit, key)}
         sources = dict(zip((*fit.posterior.names, *fit.posterior.unidentifiable), fit.posterior.sources, strict=True))
         by_source = grouped((sources[name], shown[name]) for name in open_ if name in shown)
-        for source, some in by_source.items():
-            lines.append(f"The rows say little of {'; of '.join(some)}. What stood before them is kept ({source})")
+        for source, texts in by_source.items():
+            lines.append(f"The rows say little of {'; of '.join(texts)}. What stood before them is kept ({source})")
     fixed = [name for name in not_identifiable(fit) if name not in open_]
     kinds = (("Not determined by this data and held", fixed), ("Stopped at a bound", fit.at_bound))
     lines += [f"{what}: {parameters_text(fit, which)}" for what, which in kinds if which]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from postproc.identification.planning.plan import TELLING_SIGMAS, MeasuringPlan
+from postproc.identification.plan import TELLING_SIGMAS, MeasuringPlan
 from postproc.model.uncertainty import parameter_name
 from postproc.report.blocks import Document
 from postproc.results.wording import parameters_text

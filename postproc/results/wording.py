@@ -88,7 +88,7 @@ def place(label: str) -> str:
     word, _, order = known_parts[0].groups()
     if order:
         orders = by_key((m[2], m[3]) for m in known_parts)
-        return "; ".join(f"{word} {number}, {_several('order', some)}" for number, some in orders.items())
+        return "; ".join(f"{word} {number}, {_several('order', numbers)}" for number, numbers in orders.items())
     return _several(word, sorted(number for m in known_parts for number in m[2].split(" and ")))
 
 

@@ -15,8 +15,8 @@ from postproc.diagnostics import Diagnostic, PostprocError, Severity, Source, di
 from postproc.files import read_source
 from postproc.rapid.data.records import Vec3
 from postproc.robot.arm import ACCELERATION, Robot
+from postproc.robot.configuration import derive
 from postproc.robot.kinematics import body_poses
-from postproc.robot.opw import derive
 from postproc.robot.pose import rpy, transform
 from postproc.robot.type_names import ARMS, library_name
 from postproc.tomlfile import FileTable, Place, Positive, check, locate, parse_toml, span_of

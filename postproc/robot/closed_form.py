@@ -9,9 +9,8 @@ import numpy as np
 
 from postproc.arrays import Array, invert
 from postproc.robot.arm import Opw, Robot
-from postproc.robot.configuration import closed_form
+from postproc.robot.configuration import FLANGE, closed_form
 from postproc.robot.kinematics import body_poses
-from postproc.robot.opw import FLANGE
 from postproc.robot.pose import displace, transform
 
 STRAIGHT_WRIST = 1e-10  # |sin q5| below which only q4 + q6 (or q4 - q6) has a meaning

@@ -18,7 +18,7 @@ from postproc.robot.configuration import (
     branch,
     closed_form,
     confdata,
-    outside_quadrants,
+    quadrant_excess,
 )
 
 TAUGHT_WRIST = 2e-6  # |sin q5| below which q4 of a taught target means nothing: text carries 6 digits of a quaternion
@@ -96,7 +96,7 @@ def selects(robot: Robot, conf: NDArray[np.int64], q: Array) -> NDArray[np.bool_
     most = np.where(bend < 2 * TAUGHT_WRIST, BOUNDARY / 2, most)
     other = branch(closed_form(robot), q) ^ conf[..., 3]
     same = (other == 0) | ((other == 1) & (bend < BOUNDARY / 2))
-    return np.asarray(same & (outside_quadrants(q, conf) <= most))
+    return np.asarray(same & (quadrant_excess(q, conf) <= most))
 
 
 def beyond_limits(robot: Robot, q: Array) -> list[UnreachedPose]:

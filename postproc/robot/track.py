@@ -8,10 +8,9 @@ from postproc.arrays import Array, blocks
 from postproc.diagnostics import PostprocError
 from postproc.robot.arm import Opw, Robot
 from postproc.robot.closed_form import inverse
-from postproc.robot.configuration import branch
+from postproc.robot.configuration import branch, wrist_place
 from postproc.robot.inverse import TAUGHT_WRIST
 from postproc.robot.kinematics import forward, jacobian
-from postproc.robot.opw import wrist_place
 from postproc.robot.pose import pose_error
 
 ARM_SINGULAR = 1e-3
@@ -81,7 +80,7 @@ def _of_arm(robot: Robot, opw: Opw, poses: Array, arm: int, start: int) -> Array
     options: Array = solutions[rows, pair]
     lost = ((bits[rows, pair] >> 1) != arm).any(axis=1) | np.isnan(options).any(axis=(1, 2))
     if lost.any():
-        _left_branch(robot, start + int(np.argmax(lost)))
+        _raise_unreachable(robot, start + int(np.argmax(lost)))
     return options
 
 
@@ -112,7 +111,7 @@ def _wrapped(angle: Array) -> Array:
     return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
-def _left_branch(robot: Robot, index: int) -> None:
+def _raise_unreachable(robot: Robot, index: int) -> None:
     """Raise KIN004: the pose with this index is out of reach in the branch of the path."""
     raise PostprocError.of(
         "KIN004",
@@ -134,6 +133,6 @@ def _stepwise(robot: Robot, poses: Array, q_start: Array) -> list[Array]:
             q = q + step * min(1.0, 0.5 / max(np.abs(step).max(), 1e-300))
         else:
             if np.abs(error).max() > 1e-9:
-                _left_branch(robot, index)
+                _raise_unreachable(robot, index)
         result.append(q)
     return result

@@ -16,7 +16,7 @@ import numpy as np
 from postproc.diagnostics import PostprocError
 from postproc.files import read_source
 from postproc.robot.arm import ACCELERATION, Robot
-from postproc.robot.opw import derive
+from postproc.robot.configuration import derive
 
 ROUNDED_ANGLE_RAD = 5e-4
 """Angles [rad] so near to a multiple of an eighth of a turn stand for it: 1.5708, 3.142."""

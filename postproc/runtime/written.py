@@ -9,8 +9,7 @@ from postproc.diagnostics import Diagnostic, Source
 from postproc.model.arm import Model
 from postproc.runtime.conditions import Conditions
 from postproc.runtime.module import NAME, module_tables, runtime_module
-from postproc.runtime.proof.check import TARGETS, Check, check_module
-from postproc.runtime.proof.chord import ChordError, chord_error
+from postproc.runtime.proof.check import TARGETS, Check, ChordError, check_module, chord_error
 from postproc.runtime.tables import CorrectedModel, corrected_model
 
 COARSE_M = 2e-5

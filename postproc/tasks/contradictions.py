@@ -35,7 +35,7 @@ def contradictions(settings: Settings, task: Task, robot: Robot) -> list[Diagnos
     inherited = dict(settings.inherited)
     findings = _against_arm(task, robot.name, inherited.keys())
     if task.backup is not None:
-        findings += _from_outside(settings, real(task.backup), inherited)
+        findings += _of_another_folder(settings, real(task.backup), inherited)
     station = settings.station
     if "already" in inherited and station is not None and not station.cell_arm.calibrated:
         text = f"`{settings.stated_in[0]}` says that the controller corrects by itself; its configuration does not"
@@ -61,7 +61,7 @@ def _against_arm(task: Task, robot: str, inherited: Collection[str]) -> list[Dia
     return [Diagnostic("BAT012", "warning", text, help="give each arm's model to its tasks in a jobs file")]
 
 
-def _from_outside(settings: Settings, backup: Path, inherited: Mapping[str, str]) -> list[Diagnostic]:
+def _of_another_folder(settings: Settings, backup: Path, inherited: Mapping[str, str]) -> list[Diagnostic]:
     """Return BAT019 where a settings file outside the backup states what holds for the cell of the backup alone.
 
     That is the process force and moment, and what of the arm's error the controller corrects itself (``already``).

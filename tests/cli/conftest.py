@@ -11,7 +11,7 @@ import pytest
 from postproc.batch import executors
 from postproc.cli.app import build
 from postproc.cli.run import run
-from tests.batch.folders import HERE
+from tests.batch.build import IN_PROCESS
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ def call(call_as_written: Call) -> Call:
 @pytest.fixture
 def call_as_written(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Call:
     """A batch works in this process: workers take seconds to start, and ``tests/batch`` starts them."""
-    monkeypatch.setattr(executors, "local_pool", lambda workers: HERE)
+    monkeypatch.setattr(executors, "local_pool", lambda workers: IN_PROCESS)
 
     def calling(*arguments: str | Path) -> Outcome:
         code = run(build(), [str(argument) for argument in arguments])

@@ -12,8 +12,8 @@ import pytest
 from postproc.compensation.text.marks import MODULE_MARKER
 from postproc.diagnostics import PostprocError
 from tests.cli.conftest import Call
+from tests.runtime.build import NO_AXES, move, program, target
 from tests.runtime.loading import Loaded, statements_through
-from tests.runtime.test_program import NO_AXES, move, program, target
 
 FRAME = "[[0,0,0],[1,0,0,0]]"
 SHARED = "  PERS targetdata Welds{n}{{40}};\n  PERS wobjdata wobjWeldLine{n};\n  PERS tooldata tWeld{n};\n"

@@ -11,18 +11,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from postproc.compensation.conversion import Conversion
 from postproc.compensation.inspection import inspect_program
 from postproc.diagnostics import Source
 from postproc.effects.library.frames.tool_frame import ToolFrame
-from tests.build import DATA, arm, codes, convert, events, independent, places, timed, written
+from postproc.rapid.data.records import Vec3
+from tests.build import AXES, DATA, FORCE, arm, codes, convert, independent, target, timed, written
+from tests.compensation.build import findings
 from tests.independent import arm as A
 from tests.independent import inverse as I
-from tests.independent.arm import ARMS
 from tests.independent.rapid import matrix_quaternion
-from tests.independent.verify import check
 
-AXES = "[9E9,9E9,9E9,9E9,9E9,9E9]"
+ARM = A.irb4600()
+TOOL = "tStand\\WObj:=wPlate"
+SHIFTED = "[[5,-4,3],[1,0,0,0]]"
+HELD = f"    MoveJ {target(1350, -300)},v200,fine,tT;\n    MoveL {target(1350, -200)},v50,fine,tT;\n"
 HOME = np.radians([10.0, 15.0, 5.0, 5.0, 65.0, 20.0])
 # The work object on the flange, turned and 150 mm out; the torch stands where it meets the middle of the plate.
 ON_FLANGE = A.transform(A.rotation(np.array([0.0, 0.0, 1.0]), np.array(0.3)), np.array([0.02, -0.03, 0.15]))
@@ -37,92 +39,77 @@ def numbers(T: np.ndarray) -> str:
 @cache
 def stand() -> np.ndarray:
     """T_base_tcp of the torch, as it is written."""
-    real = ARMS["irb4600_60_205"]()
-    T = real.forward(HOME[None], np.eye(4)).flange[0] @ ON_FLANGE @ A.transform(DOWN, np.array([0.05, 0.0, 0.0]))
+    T = ARM.forward(HOME[None], np.eye(4)).flange[0] @ ON_FLANGE @ A.transform(DOWN, np.array([0.05, 0.0, 0.0]))
     T[:3, 3] = np.round(T[:3, 3], 9)
     return T
 
 
 def on_work(x: float, y: float, z: float = 0.0, turn: float = 0.0) -> str:
     """A robtarget on the work object [mm], the torch turned about the plate's normal [rad]."""
-    real = ARMS["irb4600_60_205"]()
     T = A.transform(A.rotation(np.array([0.0, 0.0, 1.0]), np.array(turn)) @ DOWN, 1e-3 * np.array([x, y, z]))
     flange = stand() @ np.linalg.inv(ON_FLANGE @ T)
-    branches = I.inverse(real, flange[None])[0]
+    branches = I.inverse(ARM, flange[None])[0]
     away = np.abs(I.wrap(branches - HOME)).max(axis=1)
     q = branches[int(np.nanargmin(away))]
     q = HOME + I.wrap(q - HOME)
-    return f"[{numbers(T)},[{','.join(map(str, I.confdata(real, q)[0]))}],{AXES}]"
+    return f"[{numbers(T)},[{','.join(map(str, I.confdata(ARM, q)[0]))}],{AXES}]"
 
 
-def plate(body: str, more: str = "") -> str:
+def plate(body: str) -> str:
     data = f"""  PERS tooldata tStand:=[FALSE,[{numbers(stand())}],[8,[10,0,60],[1,0,0,0],0,0,0]];
   PERS wobjdata wPlate:=[TRUE,TRUE,"",[{numbers(ON_FLANGE)}],[[0,0,0],[1,0,0,0]]];
   PERS wobjdata wTable:=[FALSE,TRUE,"",[[0,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];
   PERS loaddata plate:=[12,[40,10,20],[1,0,0,0],0,0,0];
 """
     steps = "".join(f"    {line.strip()}\n" for line in body.strip().splitlines())
-    return f"MODULE M\n{DATA}{data}{more}  PROC main()\n    GripLoad plate;\n{steps}  ENDPROC\nENDMODULE\n"
+    return f"MODULE M\n{DATA}{data}  PROC main()\n    GripLoad plate;\n{steps}  ENDPROC\nENDMODULE\n"
 
 
 def seam() -> str:
-    tool = "tStand\\WObj:=wPlate"
     return plate(
-        f"""MoveJ {on_work(-120, -80, 40)},v200,fine,{tool};
-        MoveL {on_work(-120, -80)},v100,fine,{tool};
-        ArcLStart {on_work(-110, -80)},v100,sm,wd,fine,{tool};
-        ArcL {on_work(150, -80)},v100,sm,wd,z5,{tool};
-        ArcC {on_work(193, -40, 0, 0.1)},{on_work(150, 0, 0, 0.2)},v100,sm,wd,z1,{tool};
-        ArcLEnd {on_work(-120, 30, 0, 0.3)},v100,sm,wd,fine,{tool};
-        MoveL {on_work(-120, 30, 50, 0.3)},v200,fine,{tool};"""
+        f"""MoveJ {on_work(-120, -80, 40)},v200,fine,{TOOL};
+        MoveL {on_work(-120, -80)},v100,fine,{TOOL};
+        ArcLStart {on_work(-110, -80)},v100,sm,wd,fine,{TOOL};
+        ArcL {on_work(150, -80)},v100,sm,wd,z5,{TOOL};
+        ArcC {on_work(193, -40, 0, 0.1)},{on_work(150, 0, 0, 0.2)},v100,sm,wd,z1,{TOOL};
+        ArcLEnd {on_work(-120, 30, 0, 0.3)},v100,sm,wd,fine,{TOOL};
+        MoveL {on_work(-120, 30, 50, 0.3)},v200,fine,{TOOL};"""
     )
 
 
-@cache
-def converted(**options: Any) -> Conversion:
-    return convert(seam(), **options)
+KEPT = {
+    "the force of the process": (seam(), {}, FORCE),
+    "the weight of gripper and plate": (seam(), {"force": (0.0, 0.0, 0.0)}, (0.0, 0.0, 0.0)),
+    "a program displacement": (
+        seam().replace("GripLoad plate;", f"GripLoad plate;\n    PDispSet {SHIFTED};"),
+        {},
+        FORCE,
+    ),
+    "a held tool in the same program": (seam().replace("  ENDPROC", f"{HELD}  ENDPROC"), {}, FORCE),
+}
 
 
-def test_the_process_point_follows_the_path_on_the_work() -> None:
-    found = converted()
-    assert [o.status for o in found.outcomes] == ["compensated"] * 7
-    report = independent(seam(), found)
+@pytest.mark.parametrize(("text", "options", "force"), KEPT.values(), ids=KEPT)
+def test_the_process_point_follows_the_path_on_the_work(text: str, options: dict[str, Any], force: Vec3) -> None:
+    conversion = convert(text, **options)
+    assert {o.status for o in conversion.outcomes} == {"compensated"}
+    report = independent(text, conversion, force)
     assert report.violations == []
-    assert report.before > 0.5
-    assert report.after <= 0.01
-    assert report.goal_after <= 0.003
-    assert report.added > 0
-    assert found.report["max_error_after_mm"] == pytest.approx(report.after, abs=3e-4)
-    assert found.report["max_error_before_mm"] == pytest.approx(report.before, abs=3e-4)
+    assert report.before > (0.5 if any(force) else 0.1)
+    assert report.after <= 0.01 and report.goal_after <= 0.003
+    assert conversion.report["max_error_after_mm"] == pytest.approx(report.after, abs=3e-4)
+    assert conversion.report["max_error_before_mm"] == pytest.approx(report.before, abs=3e-4)
 
 
-def test_without_a_force_the_weight_of_gripper_and_plate_is_compensated() -> None:
-    found = converted(force=(0.0, 0.0, 0.0))
-    report = independent(seam(), found, (0.0, 0.0, 0.0))
-    assert report.violations == []
-    assert report.before > 0.1 and report.after <= 0.01
-
-
-def test_the_target_moves_against_the_work() -> None:
-    """A force that pushes the plate away from the torch: the correction lifts the TCP's target out of the plate.
-
-    By hand: the flange yields by J C J^T f, and the target on the work has to follow what the torch would lack.
-    """
-    tool = "tStand\\WObj:=wPlate"
-    text = plate(f"MoveJ {on_work(0, 0)},v200,fine,{tool};")
-    found = convert(text)
-    event = events(text)[0]
-    real = ARMS["irb4600_60_205"]()
-    q = found.plan.motion.moves[0].q  # type: ignore[union-attr]
-    load = A.Load(20.0, (8 * np.array([0.01, 0, 0.06]) + 12 * (ON_FLANGE @ [0.04, 0.01, 0.02, 1])[:3]) / 20)
-    push = A.Wrenches([(6, stand()[None, :3, 3], np.array([[200.0, -200.0, -200.0]]), np.zeros((1, 3)))])
-    springs = A.joint_springs(A.TABLE_2)
-    before = A.equilibrium(real, q, np.eye(4), load, springs, lambda f: push).frames.flange[0]
-    seen = np.linalg.inv(before @ ON_FLANGE) @ stand()  # where the torch is on the plate of the yielding arm
-    assert event.target is not None
-    shift = np.subtract(places(written(found))[0], event.target.trans)  # type: ignore[union-attr]
-    assert np.linalg.norm(shift) > 0.3
-    assert shift == pytest.approx(-1e3 * seen[:3, 3], abs=0.01)  # the opposite, to first order
+@pytest.mark.parametrize(("options", "how"), [({"inertia": True}, {}), ({"force_on": "arc"}, {"on_arc": True})])
+def test_the_promise_holds_while_it_welds(options: dict[str, Any], how: dict[str, Any]) -> None:
+    """With inertia at weld speed; with a force that acts on the arc alone, whose transitions are said."""
+    conversion = convert(seam(), **options)
+    welds = [s for s in independent(seam(), conversion, **how).segments if s.welding]
+    assert max(s.after for s in welds) <= 0.01
+    on_arc = "force_on" in options
+    assert ("CMP007" in codes(conversion)) == on_arc and "CMP008" not in codes(conversion)
+    assert not on_arc or conversion.report["max_error_after_mm"] <= 0.01
 
 
 def test_speed_is_that_of_the_torch_on_the_work() -> None:
@@ -133,45 +120,11 @@ def test_speed_is_that_of_the_torch_on_the_work() -> None:
     assert steps / np.diff(trajectory.t[middle]) == pytest.approx(0.009, rel=1e-4)
 
 
-def test_inertia_on_keeps_the_promise_at_weld_speed() -> None:
-    found = converted(inertia=True)
-    report = independent(seam(), found)
-    assert max(s.after for s in report.segments if s.welding) <= 0.01
-
-
-def test_the_force_of_the_arc_alone() -> None:
-    found = converted(force_on="arc")
-    assert "CMP007" in codes(found) and "CMP008" not in codes(found)
-    assert found.report["max_error_after_mm"] <= 0.01
-    real = ARMS["irb4600_60_205"]()
-    report = check(seam(), written(found), real, np.array([200.0, -200.0, -200.0]), on_arc=True)
-    assert max(s.after for s in report.segments if s.welding) <= 0.01
-
-
-def test_a_program_displacement_moves_the_path_on_the_work() -> None:
-    text = seam().replace("GripLoad plate;", "GripLoad plate;\n    PDispSet [[5,-4,3],[1,0,0,0]];")
-    found = convert(text)
-    report = independent(text, found)
-    assert report.violations == []
-    assert report.after <= 0.01
-
-
-def test_a_held_tool_and_a_standing_one_in_one_program() -> None:
-    held = "[[1350,-300,700],[0.300294,-0.015738,0.95241,0.049914],[-1,0,-1,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
-    beside = held.replace("-300", "-200")
-    text = seam().replace("  ENDPROC", f"    MoveJ {held},v200,fine,tT;\n    MoveL {beside},v50,fine,tT;\n  ENDPROC")
-    found = convert(text)
-    report = independent(text, found)
-    assert report.violations == []
-    assert report.after <= 0.01
-    assert report.goal_after <= 0.003
-
-
 def test_the_error_of_a_measured_tool_is_not_that_of_one_that_stands() -> None:
     measured = arm().with_effects(*arm().effects, ToolFrame(shift_m=np.array([1e-3, 0.0, 0.0])))
-    found = convert(seam(), measured)
-    assert "`tStand`" in next(d.message for d in found.diagnostics if d.code == "CMP011")
-    assert written(found) == written(converted())
+    conversion = convert(seam(), measured)
+    assert "`tStand`" in findings(conversion, "CMP011")[0].message
+    assert written(conversion) == written(convert(seam()))
 
 
 @pytest.mark.parametrize(
@@ -183,28 +136,26 @@ def test_the_error_of_a_measured_tool_is_not_that_of_one_that_stands() -> None:
     ],
 )
 def test_tool_and_work_that_do_not_meet(tool: str, words: str) -> None:
-    found = convert(plate(f"MoveJ {on_work(0, 0)},v200,fine,{tool};"))
-    assert found.outputs == {}
-    [finding] = [d for d in found.diagnostics if d.code == "MOT007"]
-    assert words in finding.message
+    conversion = convert(plate(f"MoveJ {on_work(0, 0)},v200,fine,{tool};"))
+    (finding,) = findings(conversion, "MOT007")
+    assert words in finding.message and conversion.outputs == {}
 
 
 def test_inspect_says_what_stands_still() -> None:
     rows = inspect_program(Source("m.mod", seam().encode()), arm().robot).rows
     assert len(rows) == 7
     for row in rows:
-        assert row.reason is None
+        assert row.reason is None and row.payload_mass == 20
         assert row.position_mm == pytest.approx(1e3 * stand()[:3, 3], abs=1e-3)
-        assert row.payload_mass == 20
         assert "stationary tool: the robot carries the work object" in row.notes
 
 
 def test_a_taught_work_object_on_the_flange_is_left_where_it_was_taught() -> None:
     """The rigid shift is one of the work in its own axes; of the correction without a force little is left."""
-    whole, rest = (convert(seam(), force=(0.0, 0.0, 0.0), wobj_taught=names) for names in ((), ("wPlate",)))
-    assert rest.report["max_error_after_mm"] < 0.01
-    (row,) = rest.report["rigid_shift"]
+    full, remaining = (convert(seam(), force=(0.0, 0.0, 0.0), wobj_taught=names) for names in ((), ("wPlate",)))
+    assert remaining.report["max_error_after_mm"] < 0.01
+    (row,) = remaining.report["rigid_shift"]
     assert row["wobj"] == "wPlate" and row["left_out"]
-    sizes = [[o.shift_mm for o in found.outcomes if o.statement.signature.phase] for found in (whole, rest)]
-    assert max(sizes[1]) < 0.5 * min(sizes[0])
-    assert row["rest_mm"] == pytest.approx(max(sizes[1]), abs=0.01)
+    before, after = ([o.shift_mm for o in c.outcomes if o.statement.signature.phase] for c in (full, remaining))
+    assert max(after) < 0.5 * min(before)
+    assert row["rest_mm"] == pytest.approx(max(after), abs=0.01)

@@ -100,7 +100,7 @@ def test_unrecorded_channels_give_nothing_instead_of_an_error():
     """What the model fills in, such as loads, does not count."""
     effect, bare = Wobble(gain_rad=1.0), State(q=np.ones((3, 6)))
     recorded = bare.with_(channels={"humidity": np.zeros(3)}, joint_load=np.zeros((3, 6)))
-    assert (Wobble.missing(bare), Wobble.missing(recorded)) == (("humidity",), ())
+    assert (Wobble().missing(bare), Wobble().missing(recorded)) == (("humidity",), ())
     assert displacement_of(effect, bare) == Displacement()
     assert np.all(displacement_of(effect, recorded).joint == 1.0)
 
@@ -137,4 +137,4 @@ def test_forms_by_joint_screen_amplitudes_and_refit_what_forms_them():
 def test_one_session_shows_no_step(sessions, missing):
     (cls,) = (c for c in BUILT_IN if c.key == "session")
     state = State(q=np.zeros((2, 6)), session=None if sessions is None else np.array(sessions))
-    assert cls.missing(state) == (("session",) if missing else ())
+    assert cls.null().missing(state) == (("session",) if missing else ())

@@ -43,6 +43,7 @@ KEYS = [
     "external_axis_compliance",
     "session",
     "outlier",
+    "curve",
 ]
 STEP = '''\
 import numpy as np

@@ -12,8 +12,8 @@ from postproc.diagnostics import PostprocError
 from postproc.effects.registry import effect_library
 from postproc.estimation.least_squares import fit_model
 from postproc.identification.diagnose import diagnose
-from postproc.identification.planning.plan import plan_poses
-from postproc.identification.planning.room import Room
+from postproc.identification.plan import plan_poses
+from postproc.identification.design import Room
 from postproc.results.addition import addition_values
 from postproc.results.comparison import comparison_values
 from postproc.results.diagnosis import diagnosis_values
@@ -57,7 +57,7 @@ def test_diagnose_and_plan_tell_apart_by_one_criterion():
     base = base_fit(data)
     (missing,) = diagnose(base.model, data).missing
     other = missing.not_separable[0]
-    assert not effect_library()[other].missing(base.problem.sensitivity.state)
+    assert not effect_library()[other].null().missing(base.problem.sensitivity.state)
     for pair in permutations((missing.key, other)):
         plan = plan_poses(base.model, data, 5, pair)
         assert "tells them apart already" not in plan_sentence(plan)

@@ -22,8 +22,7 @@ from pathlib import Path
 from postproc.cli.app import build
 from postproc.cli.run import run
 from postproc.files import resource
-from tests.batch.folders import program, write
-from tests.batch.test_tree import BACKINFO, MOC, SYS, backup
+from tests.batch.build import BACKINFO, MOC, SYS, backup, program, write
 
 STEP = 9
 SECONDS, WAITING = 20, 120  # of work, and in all: others may be busy on this machine

@@ -34,8 +34,7 @@ from postproc.cli import hooks
 from postproc.cli.app import build
 from postproc.cli.run import run
 from postproc.files import resource as shipped
-from tests.batch.folders import program, write
-from tests.batch.test_tree import backup
+from tests.batch.build import backup, program, write
 
 SECONDS, WAITING, MEGABYTES = 20, 60, 1000
 ARM = ("--robot", "irb4600_60_205")

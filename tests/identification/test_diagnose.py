@@ -21,11 +21,11 @@ from postproc.identification import refits
 from postproc.identification.add import add_effects
 from postproc.identification.compare import compare
 from postproc.identification.diagnose import diagnose
-from postproc.identification.planning.plan import MeasuringPlan as PosePlan
-from postproc.identification.planning.plan import plan_poses
+from postproc.identification.plan import MeasuringPlan as PosePlan
+from postproc.identification.plan import plan_poses
 from postproc.identification.predict import predict_rows
 from postproc.identification.screen.candidate import Screen
-from postproc.identification.trends import joint_errors
+from postproc.identification.compare import joint_errors
 from postproc.results.addition import addition_values
 from postproc.results.comparison import comparison_values
 from postproc.results.diagnosis import diagnosis_values

@@ -9,7 +9,7 @@ import numpy as np
 from postproc.diagnostics import Source
 from postproc.identification.diagnose import diagnose
 from postproc.identification.diagnosis import Diagnosis
-from postproc.identification.lack_of_fit import lacks_fit
+from postproc.identification.diagnosis import lacks_fit
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.table import read_measurements
 from postproc.results.sentences import headline

@@ -9,7 +9,7 @@ import numpy as np
 from postproc import text as text_of
 from postproc.estimation.recorded import recorded_model
 from postproc.identification.compare import compare
-from postproc.identification.trends import residual_trends
+from postproc.identification.compare import residual_trends
 from postproc.results.comparison import comparison_values
 from tests.identification.cells import base_fit, cell
 

@@ -1,6 +1,9 @@
-"""Arms for the tests: the same numbers as a robot of the package and as an independent arm."""
+"""Arms for the tests: the same numbers as a robot of the package and as an independent arm; states, and differences."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -8,8 +11,14 @@ from postproc.arrays import Array
 from postproc.channels.state import State
 from postproc.model.arm import Model
 from postproc.model.derivatives.sensitivity import grown_sensitivity
+from postproc.model.equilibrium import predict
 from postproc.robot.arm import Robot
+from postproc.robot.pose import pose_error
 from tests.independent import arm as A
+
+TOOL = np.array([[0.0, 0, 1, 0.1], [0, 1, 0, -0.05], [-1, 0, 0, 0.35], [0, 0, 0, 1]])
+LOW, HIGH = [-2, -0.4, -0.8, -2, 0.4, -2], [2, 0.9, 0.4, 2, 1.6, 2]
+"""Joint angles [rad] far from singular poses."""
 
 
 def random_arm(seed: int) -> tuple[Robot, A.Arm]:
@@ -29,6 +38,17 @@ def random_arm(seed: int) -> tuple[Robot, A.Arm]:
     return robot, A.Arm("random", link, axis, mass, center, -limit, limit, gyration=gyration)
 
 
+def with_more(model: Model, *effects: Any) -> Model:
+    return model.with_effects(*model.effects, *effects)
+
+
+def loaded(model: Model, n: int, g: np.random.Generator, **more: Any) -> State:
+    """States far from singular poses with a tool, a payload of 40 kg, and a force with a moment."""
+    load = {"payload_mass": np.full(n, 40.0), "payload_center": np.tile([0.02, 0.05, 0.15], (n, 1))}
+    wrench = np.tile([200.0, -200, -200, 20, 30, -10], (n, 1))
+    return model.state(g.uniform(LOW, HIGH, (n, 6)), **{"T_flange_tcp": TOOL, "wrench": wrench, **load, **more})
+
+
 def parameters(model: Model) -> Array:
     """(p,) parameters of all effects, in the order of the model."""
     return np.concatenate([e.vector() for e in model.effects])
@@ -42,9 +62,18 @@ def pose_derivatives(model: Model, state: State) -> Array:
 
 def with_parameters(model: Model, x: Array) -> Model:
     """The same model with other parameters, (p,)."""
-    effects, at = [], 0
-    for effect in model.effects:
-        size = len(effect.vector())
-        effects.append(effect.with_vector(x[at : at + size]))
-        at += size
-    return model.with_effects(*effects)
+    ends = np.cumsum([len(e.vector()) for e in model.effects])[:-1]
+    parts = zip(model.effects, np.split(x, ends), strict=True)
+    return model.with_effects(*(effect.with_vector(part) for effect, part in parts))
+
+
+def slope(moved: Callable[[float], Array], step: float) -> Array:
+    """(n, 6) derivative of a pose at 0; Richardson's extrapolation removes the cubic term of the differences."""
+    single, double = (pose_error(moved(-h), moved(h)) / (2 * h) for h in (step, 2 * step))
+    return (4 * single - double) / 3
+
+
+def parameter_slope(model: Model, state: State, k: int, step: float) -> Array:
+    """(n, 6) derivative of the predicted pose by parameter k of the model, by differences."""
+    x, unit = parameters(model), np.eye(len(parameters(model)))[k]
+    return slope(lambda h: predict(with_parameters(model, x + h * unit), state), step)

@@ -9,12 +9,12 @@ import pytest
 
 from postproc.cli.app import build
 from postproc.cli.run import run
-from postproc.diagnostics import PostprocError
-from postproc.model.from_controller import controller_model
+from postproc.model.controller import controller_model
 from postproc.robot.catalogue import load_robot
 from postproc.robot.controller import Calibration, read_calibration, read_entries
 from postproc.settings import Settings, read_arm
 from postproc.settings_files import with_choices
+from tests.build import refused
 
 MOC = """MOC:CFG_1.0:6:0::
 #
@@ -59,70 +59,62 @@ ENDMODULE
 
 def calibration(last: str = "0.00022") -> Calibration:
     motion = read_entries(MOC.replace("LAST", last))
-    found = read_calibration(motion, motion["ROBOT"][0])
-    assert found is not None
-    return found
+    result = read_calibration(motion, motion["ROBOT"][0])
+    assert result is not None
+    return result
 
 
-def test_numbers_are_read_with_where_they_stand_and_what_is_left_is_named() -> None:
-    found = calibration()
-    assert found.compliance == {1: 1.1e-5, 2: 2.6e-5, 5: 2.2e-4}
-    assert found.entries == {1: "rob1_2", 2: "rob1_3", 5: "rob1_6"}
-    assert found.unread == ("arm_compliance_y", "error_roll", "offset of TOOL_INTERFACE")
-    model = controller_model("irb1200_5_09", found)
-    shipped = load_robot("irb1200_5_09").joint_compliance
-    assert shipped is not None and model.robot.joint_compliance is not None
-    np.testing.assert_allclose(model.robot.joint_compliance[[1, 2, 5]], [1.1e-5, 2.6e-5, 2.2e-4])
-    np.testing.assert_allclose(model.robot.joint_compliance[[0, 3, 4]], shipped[[0, 3, 4]])
-    source = model.robot.sources["joints.stiffness_Nm_per_rad"]
-    assert "joint 3 (`rob1_3`)" in source and source.endswith("joint 1 and 4 and 5: as the library has it")
+def test_numbers_are_read_with_where_they_stand_and_what_is_left_is_named():
+    known = calibration()
+    assert known.entries == {1: "rob1_2", 2: "rob1_3", 5: "rob1_6"}
+    assert known.unread == ("arm_compliance_y", "error_roll", "offset of TOOL_INTERFACE")
+    model, expected = controller_model("irb1200_5_09", known), load_robot("irb1200_5_09").joint_compliance.copy()
+    expected[[1, 2, 5]] = [1.1e-5, 2.6e-5, 2.2e-4]
+    np.testing.assert_allclose(model.robot.joint_compliance, expected)
+    assert model.robot.sources["joints.stiffness_Nm_per_rad"] == (
+        "JOINT_CALIB in the controller's MOC.cfg: joint 2 (`rob1_2`), joint 3 (`rob1_3`), joint 6 (`rob1_6`); "
+        "joint 1 and 4 and 5: as the library has it"
+    )
     assert model.stiffness_source == "controller"
 
 
 @pytest.mark.parametrize("last", ["220", "-0.00022", "2.2e-9", "x"])
-def test_a_number_in_another_unit_is_refused_by_name(last: str) -> None:
+def test_a_number_in_another_unit_is_refused_by_name(last):
     """Degrees, milliradians or the motor's side of a gear would be off by 57 to 10,000 times."""
-    with pytest.raises(PostprocError, match="KIN018") as stop:
-        controller_model("irb1200_5_09", calibration(last))
-    assert "`rob1_6`" in stop.value.diagnostics[0].message
+    (finding,) = refused(lambda: controller_model("irb1200_5_09", calibration(last)))
+    assert finding.code == "KIN018" and "`rob1_6`" in finding.message
 
 
-def test_without_such_data_there_is_no_such_model() -> None:
+def test_without_such_data_there_is_no_such_model():
     motion = read_entries(MOC.split("JOINT_CALIB")[0])
     assert read_calibration(motion, motion["ROBOT"][0]) is None
-    with pytest.raises(PostprocError, match="KIN018"):
-        read_arm(Settings(robot="irb1200_5_09", from_controller=True), "a.mod")
+    (finding,) = refused(lambda: read_arm(Settings(robot="irb1200_5_09", from_controller=True), "a.mod"))
+    assert finding.code == "KIN018"
 
 
-def test_the_layers_of_settings_name_it_like_a_model() -> None:
+def test_the_layers_of_settings_name_it_like_a_model():
     outer = with_choices(Settings(), {"robot": "irb1200_5_09"}, Path(), "postproc.toml")
     inner = with_choices(outer, {"model": "controller"}, Path())
     assert (inner.robot, inner.model, inner.from_controller) == ("irb1200_5_09", None, True)
     assert with_choices(inner, {"model": "m.toml"}, Path()).from_controller is False
 
 
-def test_from_a_backup(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Where the controller uses the data itself, `--already` has to say what it corrects with them."""
-    for calib in ("r1_uncalib", "r1_calib"):
-        files = {
-            "SYSPAR/MOC.cfg": MOC.replace("LAST", "0.00022").replace('CALIB"', calib + '"', 1),
-            "RAPID/TASK1/PROGMOD/a.mod": SEAM,
-        }
-        for name, text in files.items():
-            (tmp_path / calib / name).parent.mkdir(parents=True, exist_ok=True)
-            (tmp_path / calib / name).write_text(text)
-    seam = "RAPID/TASK1/PROGMOD/a.mod"
-    asked = ["-m", "controller", "-o", str(tmp_path / "out.mod")]
-    assert run(build(), ["compensate", str(tmp_path / "r1_uncalib" / seam), *asked]) == 0
-    told = capsys.readouterr().err
-    assert "with the joint compliances of its controller" in told and "KIN018" in told and "`rob1_3`" in told
-    assert run(build(), ["compensate", str(tmp_path / "r1_calib" / seam), *asked]) == 1
-    assert "error[KIN017]" in capsys.readouterr().err
-    assert run(build(), ["inspect", str(tmp_path / "r1_calib" / seam), "-m", "controller"]) == 0
-    told = capsys.readouterr().err
-    assert "info[KIN017]" in told and "warning[KIN018]" in told
-    assert run(build(), ["compensate", str(tmp_path / "r1_calib" / seam), *asked, "--already", "geometry,gravity"]) == 0
-    capsys.readouterr()
-    assert run(build(), ["robots", "show", str(tmp_path / "r1_calib")]) == 0
-    shown = capsys.readouterr().out
-    assert "JOINT_CALIB in the controller's MOC.cfg" in shown and "not read" in shown and "arm_compliance_y" in shown
+# The command, whether the controller uses the data itself, its exit code, and what it says.
+COMMANDS = [
+    ("compensate {} -m controller -o {}", "r1_uncalib", 0, ["the joint compliances of its controller", "`rob1_3`"]),
+    ("compensate {} -m controller -o {}", "r1_calib", 1, ["error[KIN017]"]),
+    ("compensate {} -m controller -o {} --already geometry,gravity", "r1_calib", 0, []),
+    ("inspect {} -m controller", "r1_calib", 0, ["info[KIN017]", "warning[KIN018]"]),
+    ("robots show {2}", "r1_calib", 0, ["JOINT_CALIB in the controller's MOC.cfg", "not read", "arm_compliance_y"]),
+]
+
+
+@pytest.mark.parametrize(("command", "calib", "code", "says"), COMMANDS)
+def test_a_backup_gives_the_model_where_the_controller_does_not_use_it(command, calib, code, says, tmp_path, capsys):
+    moc, seam = tmp_path / "SYSPAR/MOC.cfg", tmp_path / "RAPID/TASK1/PROGMOD/a.mod"
+    for path, text in ((moc, MOC.replace("LAST", "0.00022").replace('CALIB"', calib + '"', 1)), (seam, SEAM)):
+        path.parent.mkdir(parents=True)
+        path.write_text(text)
+    assert run(build(), command.format(seam, tmp_path / "out.mod", tmp_path).split()) == code
+    shown = "".join(capsys.readouterr())
+    assert all(text in shown for text in says)

@@ -1,4 +1,4 @@
-"""Short programs as moves, without a RAPID text."""
+"""Short programs as moves, without a RAPID text, their samples and time; what a RAPID text becomes."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from typing import Any, cast
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from postproc.motion.path.samples import Samples, sample_path
+from postproc.motion.timing.trajectory import Trajectory, retime
 from postproc.motion.values import Move
 from postproc.rapid.data.events import MotionEvent
 from postproc.robot.catalogue import load_robot
@@ -35,18 +37,16 @@ def chain(*steps: dict[str, Any], tool: np.ndarray = TORCH) -> list[Move]:
     moves: list[Move] = []
     q = HOME
     for i, step in enumerate(steps):
-        given = dict(step)
-        own = given.pop("T_mount_tcp", tool)
-        T = given.get("T_work_tcp")
+        fields = {"first": i == 0, "T_mount_tcp": tool, **step}
+        T = fields.get("T_work_tcp")
         if T is None:
-            q = np.asarray(given.pop("q"))
+            q = np.asarray(fields.pop("q"))
         else:
-            found = inverse(ROBOT, (T @ np.linalg.inv(own))[None])[0]
-            found = found[np.isfinite(found).all(axis=1)]
-            turns = found - 2 * np.pi * np.round((found - q) / (2 * np.pi))
+            branches = inverse(ROBOT, (T @ np.linalg.inv(fields["T_mount_tcp"]))[None])[0]
+            branches = branches[np.isfinite(branches).all(axis=1)]
+            turns = branches - 2 * np.pi * np.round((branches - q) / (2 * np.pi))
             q = turns[int(np.argmin(np.abs(turns - q).max(axis=1)))]
-        given.setdefault("first", i == 0)
-        moves.append(Move(row=i, event=_event(i), q=q, T_mount_tcp=own, **given))
+        moves.append(Move(row=i, event=_event(i), q=q, **fields))
     return moves
 
 
@@ -66,6 +66,17 @@ def _event(row: int) -> MotionEvent:
     """A stand-in with nothing but a place."""
     statement = SimpleNamespace(argument=lambda role: None, source=None, span=(row, row + 1))
     return cast(MotionEvent, SimpleNamespace(statement=statement, options={}))
+
+
+def sampled(*steps: dict[str, Any]) -> Samples:
+    """The samples of a chain in which nothing is wrong."""
+    path, findings = sample_path(ROBOT, chain(*steps))
+    assert findings == []
+    return path
+
+
+def timed(*steps: dict[str, Any]) -> Trajectory:
+    return retime(ROBOT, sampled(*steps))
 
 
 def tcp(q: np.ndarray, tool: np.ndarray = TORCH) -> np.ndarray:

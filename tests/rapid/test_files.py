@@ -15,53 +15,43 @@ from tests.rapid.build import module, places, program, target
 P = f"CONST robtarget p:={target(1, 2, 3)};"
 TOOL = "PERS tooldata t:=[TRUE,[[0,0,100],[1,0,0,0]],[2,[0,0,50],[1,0,0,0],0,0,0]];"
 WOBJ = 'PERS wobjdata w:=[FALSE,TRUE,"",[[100,0,0],[1,0,0,0]],[[0,10,0],[1,0,0,0]]];'
-WELD = "PERS seamdata s:=[0,0];PERS welddata wd:=[8,0,[0,0,0,0,0,0,0,0,0],[0,0,0,0,0,0,0,0,0]];"
 
 
-def codes(text: bytes | str) -> list[str]:
-    return [d.code for d in program(text).diagnostics]
+MOVE = module("MoveL p,v5,z0,tool0;", P)
 
 
 @pytest.mark.parametrize(
-    "before",
+    "data",
     [
-        b"%%%\n  VERSION:1\n  LANGUAGE:ENGLISH\n%%%\n\n",
-        b"\xef\xbb\xbf%%%\r\n  VERSION:1\r\n  LANGUAGE:ENGLISH\r\n%%%\r\n",
-        b"! TACO Target Robot: T_ROB1\n",
-        b"\xe3\x80\x80\xe3\x80\x80\n",
-        b"\n\n\t",
+        b"%%%\n  VERSION:1\n  LANGUAGE:ENGLISH\n%%%\n\n" + MOVE,
+        b"\xef\xbb\xbf%%%\r\n  VERSION:1\r\n  LANGUAGE:ENGLISH\r\n%%%\r\n" + MOVE,
+        b"! TACO Target Robot: T_ROB1\n" + MOVE,
+        b"\xe3\x80\x80\xe3\x80\x80\n" + MOVE,
+        b"\n\n\t" + MOVE,
+        MOVE + "!      © 2025 TIA".encode(),
+        MOVE.replace(b"\n", b"\r\r\n"),
+        *(MOVE.replace(b" ", blank) for blank in (b"\xe3\x80\x80", b"\xc2\xa0", b"\x0b", b"\x0c", b"\t")),
     ],
 )
-def test_text_before_the_module(before: bytes) -> None:
-    found = program(before + module("MoveL p,v100,z10,tool0;", P))
-    assert [m.name for m in found.modules] == ["M"]
-    assert len(found.statements) == 1
-    assert found.diagnostics == ()
-
-
-def test_comment_after_the_module() -> None:
-    assert codes(module("", P) + "!      © 2025 TIA".encode()) == []
-
-
-@pytest.mark.parametrize("first", [0xFC, 0xFD, 0xFE])
-def test_encrypted_module(first: int) -> None:
-    found = program(bytes([first, 0x48, 0x03, 0x1B, 0x4A, 0x25, 0x1C, 0x58, 0xB0, 0x00, 0x40]))
-    assert found.modules == ()
-    assert [(d.code, d.severity) for d in found.diagnostics] == [("RAP013", "info")]
+def test_text_around_a_module_and_unusual_blanks(data: bytes) -> None:
+    read = program(data)
+    assert read.diagnostics == () and places(walk(read)) == [(1, 2, 3)]
 
 
 @pytest.mark.parametrize(
-    ("data", "code"),
-    [(b"", "RAP001"), (b" \r\n", "RAP001"), (b"PK\x03\x04\x00\x00", "RAP002"), (b"hello", "RAP011"),
-     ("MODULE M\nENDMODULE".encode("utf-16"), "RAP016"), (b"MODULE M\r! new\rENDMODULE\r", "RAP017")],
+    ("data", "findings"),
+    [
+        *((bytes([first, 0x48, 0x03, 0x1B, 0x4A, 0x25, 0x1C, 0x58, 0xB0, 0x00, 0x40]), ["RAP013 info"]) for first in (0xFC, 0xFD, 0xFE)),
+        (b"", ["RAP001 error"]), (b" \r\n", ["RAP001 error"]), (b"PK\x03\x04\x00\x00", ["RAP002 error"]),
+        (b"hello", ["RAP011 error"]), ("MODULE M\nENDMODULE".encode("utf-16"), ["RAP016 error"]),
+        (b"MODULE M\r! new\rENDMODULE\r", ["RAP017 error"]),
+        (b'<?xml version="1.0" encoding="ISO-8859-1" ?><Program><Module>M.mod</Module></Program>', []),
+    ],
 )  # fmt: skip
-def test_files_that_are_no_program(data: bytes, code: str) -> None:
-    found = program(data)
-    assert [d.code for d in found.diagnostics if d.severity == "error"] == [code]
-
-
-def test_program_list_is_no_program_and_no_error() -> None:
-    assert codes(b'<?xml version="1.0" encoding="ISO-8859-1" ?><Program><Module>M.mod</Module></Program>') == []
+def test_files_that_are_no_program(data: bytes, findings: list[str]) -> None:
+    read = program(data)
+    assert [f"{d.code} {d.severity}" for d in read.diagnostics] == findings
+    assert read.statements == ()
 
 
 @pytest.mark.parametrize(
@@ -73,35 +63,20 @@ def test_module_attributes_in_any_case(head: str, attributes: tuple[str, ...]) -
 
 
 def test_alternatives_in_a_signature() -> None:
-    found = program("MODULE M FUNC robtarget f(\\switch R1|switch R2,INOUT num a{*,*}) ENDFUNC ENDMODULE")
-    parameters = found.modules[0].routines[0].parameters
+    read = program("MODULE M FUNC robtarget f(\\switch R1|switch R2,INOUT num a{*,*}) ENDFUNC ENDMODULE")
+    parameters = read.modules[0].routines[0].parameters
     assert [(p.name, p.optional, p.mode, p.rank) for p in parameters] == [
         ("r1", True, "SWITCH", 0), ("r2", True, "SWITCH", 0), ("a", False, "INOUT", 2),
     ]  # fmt: skip
 
 
-@pytest.mark.parametrize("blank", [b"\xe3\x80\x80", b"\xc2\xa0", b"\x0b", b"\x0c", b"\t"])
-def test_unusual_blanks(blank: bytes) -> None:
-    data = module("@MoveL@p,@v5,@z0,@tool0;@", P).replace(b"@", blank)
-    assert places(walk(program(data))) == [(1, 2, 3)]
-
-
-def test_cr_cr_lf_line_ends() -> None:
-    assert places(walk(program(module("MoveL p,v5,z0,tool0;", P).replace(b"\n", b"\r\r\n")))) == [(1, 2, 3)]
-
-
-def test_several_files_of_one_task() -> None:
-    one = Source("main.mod", module("MoveL PX,v5,z0,TT\\WObj:=w;"))
-    two = Source(
-        "user.sys",
-        f"MODULE User(SYSMODULE)\nCONST robtarget px:={target(4, 5, 6)};\n{TOOL.replace(' t:', ' tt:')}\n{WOBJ}\nENDMODULE".encode(),
-    )
-    found = walk(read_program([one, two]))
-    assert places(found) == [(4, 5, 6)]
-    assert found[0].tool.tload.mass == 2
-    assert found[0].target_origin.spans is not None
-    assert found[0].target_origin.spans.source is two
-    assert found[0].reason is None
+def test_a_file_declares_what_another_one_uses() -> None:
+    one = Source("main.mod", module("MoveL PX,v5,z0,T\\WObj:=w;"))
+    data = f"CONST robtarget px:={target(4, 5, 6)};\n{TOOL}\n{WOBJ}"
+    two = Source("user.sys", f"MODULE User(SYSMODULE)\n{data}\nENDMODULE".encode())
+    (event,) = walk(read_program([one, two]))
+    assert event.reason is None and places([event]) == [(4, 5, 6)] and event.tool.tload.mass == 2
+    assert event.target_origin.spans is not None and event.target_origin.spans.source is two
 
 
 def test_local_data_hides_the_data_of_other_modules() -> None:
@@ -110,15 +85,14 @@ def test_local_data_hides_the_data_of_other_modules() -> None:
     assert places(walk(read_program([two, one]))) == [(1, 1, 1)]
 
 
-def test_two_modules_of_one_name_are_an_error() -> None:
+@pytest.mark.parametrize("copy", [MOVE, MOVE.replace(b"MODULE M", b"MODULE m")])
+def test_two_modules_of_one_name_are_an_error(copy: bytes) -> None:
     """An older copy in the folder of a task: its routines have the names of the others. What is read along is no copy."""
-    files = [Source(f"{name}.mod", module("MoveL p,v5,z0,tool0;", P)) for name in ("a", "old a")]
-    shouted = replace(files[1], data=files[1].data.replace(b"MODULE M", b"MODULE m"))
-    for other in (files[1], shouted):
-        [found] = read_program([files[0], other]).diagnostics
-        assert (found.code, found.severity, found.source) == ("RAP012", "error", other)
-        assert "stands in `a.mod` too" in found.message
-    assert read_program([files[0], replace(files[1], read_only=True)]).diagnostics == ()
+    one, other = Source("a.mod", MOVE), Source("old a.mod", copy)
+    (finding,) = read_program([one, other]).diagnostics
+    assert (finding.code, finding.severity, finding.source) == ("RAP012", "error", other)
+    assert "stands in `a.mod` too" in finding.message
+    assert read_program([one, replace(other, read_only=True)]).diagnostics == ()
 
 
 @pytest.mark.parametrize(("scope", "tool", "codes"), [("", "t", []), ("TASK ", None, ["RAP012"]), ("LOCAL ", None, [])])
@@ -166,5 +140,5 @@ def test_statements_of_one_shape_say_where_their_own_arguments_stand() -> None:
     for statement in program.statements:
         name = len(statement.source.data[slice(*statement.span)].split()[0].rstrip(b";"))
         pieces = read_arguments(text, statement.span[0] + name, statement.span[1])
-        assert [(a.span, a.whole) for a in statement.arguments] == [(span, whole) for _, span, whole in pieces]
+        assert [(a.span, a.full_span) for a in statement.arguments] == [(span, whole) for _, span, whole in pieces]
         assert [text[slice(*a.span)].decode() for a in statement.arguments] == [a.text for a in statement.arguments]

@@ -14,7 +14,7 @@ from tests.independent import arm as A
 from tests.worlds.arm_functions import ArmFunctions
 from tests.worlds.interpreter import Interpreter
 from tests.worlds.parser import parse
-from tests.worlds.values import matrix_pose
+from tests.worlds.values import matrix_pose, pose_matrix
 from tests.worlds.world import World
 
 NO_AXES = [9e9] * 6
@@ -44,6 +44,13 @@ MODULE caller
     ENDPROC
 ENDMODULE
 """
+
+
+def metres(target: list[Any]) -> np.ndarray:
+    """The pose (4, 4) [m] of a robtarget."""
+    T = pose_matrix(target)
+    T[:3, 3] *= 1e-3
+    return T
 
 
 @dataclass

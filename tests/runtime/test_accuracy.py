@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,23 +13,18 @@ import pytest
 from postproc.runtime.written import RunTimeModule
 from tests.independent import arm as A
 from tests.runtime.arms import CENTER, FORCE, TOOL, Real, load, mapped, on_the_arc, soft_bodies, springs
+from tests.runtime.controller import Controller, metres
 from tests.worlds.parser import parse
 from tests.worlds.values import matrix_pose, pose_matrix
 
 FRAME = A.transform(A.rotation_vector(np.array([[0.1, -0.2, 1.1]]))[0], np.array([0.4, -0.3, 0.2]))
 LOW, HIGH = np.radians([-170, -60, -120, -300, -110, -300]), np.radians([170, 100, 60, 300, 110, 300])
-
-RESERVED = frozenset(
-    re.findall(
-        r"\w+",
-        """
+RESERVED = frozenset(re.findall(r"\w+", """
     alias and backward case connect const default div do else elseif endfor endfunc endif endmodule endproc endrecord
     endtest endtrap endwhile error exit false for from func goto if inout local mod module nostepin not noview or pers
     proc raise readonly record retry return step sysmodule task test then to trap true trynext undo var viewonly while
     with xor
-    """,
-    )
-)
+"""))  # fmt: skip
 
 
 def misses(real: Real, text: bytes, count: int, routine: str, given: A.Load, seed: int = 11) -> tuple[np.ndarray, int]:
@@ -37,9 +33,9 @@ def misses(real: Real, text: bytes, count: int, routine: str, given: A.Load, see
     mm = FRAME.copy()
     mm[:3, 3] *= 1e3
     frame = [pose_matrix([[0, 0, 0], [1, 0, 0, 0]]), mm]
-    task.set("wUsed", [False, True, "", *([list(f[:3, 3]), quaternion(f)] for f in frame)])
+    task.set("wUsed", [False, True, "", *(list(matrix_pose(f)) for f in frame)])
     limits = np.maximum(LOW, real.arm.lower), np.minimum(HIGH, real.arm.upper)
-    found, returned = [], 0
+    distances, returned = [], 0
     for _ in range(count):
         q = g.uniform(*limits)
         q[4] += np.copysign(0.05, q[4])
@@ -48,18 +44,12 @@ def misses(real: Real, text: bytes, count: int, routine: str, given: A.Load, see
         if answer[:3] == target[:3]:
             returned += 1
             continue
-        flange = mm @ pose_matrix(answer)
-        flange[:3, 3] *= 1e-3
-        commanded = task.kinematics.solved(flange @ np.linalg.inv(TOOL), answer[2])
-        wanted = mm @ pose_matrix(target)
-        found.append(np.linalg.norm(1e3 * real.place(commanded, given)[:3, 3] - wanted[:3, 3]))
+        commanded = task.kinematics.solved(FRAME @ metres(answer) @ np.linalg.inv(TOOL), answer[2])
+        off = real.place(commanded, given)[:3, 3] - (FRAME @ metres(target))[:3, 3]
+        distances.append(1e3 * np.linalg.norm(off))
     assert int(task.get("ppReturnedCount")) == returned
     assert int(task.get("ppCorrectedCount")) == count - returned
-    return np.array(found), returned
-
-
-def quaternion(mm: np.ndarray) -> list[float]:
-    return list(matrix_pose(mm)[1])
+    return np.array(distances), returned
 
 
 @dataclass(frozen=True)
@@ -102,15 +92,11 @@ def test_names_and_statements_are_what_a_controller_takes(made: Made) -> None:
     text = made.module.text.decode()
     (module,) = parse(text)
     names = [d.name for d in module.data] + [r.name for r in module.routines]
-    assert len(names) == len(set(names))
     assert all(name.startswith("pp") for name in names)
-    for r in module.routines:
-        inside = [p.name for p in r.parameters] + [d.name for d in r.data]
-        assert len(inside) == len(set(inside))
-        names += inside
-    assert all(len(name) <= 32 and name not in RESERVED for name in names)
-    public = {r.name for r in module.routines if not r.local}
-    assert public == {"ppcorrected", "ppcorrectedcirc"}
+    for scope in (names, *([p.name for p in r.parameters] + [d.name for d in r.data] for r in module.routines)):
+        assert len(scope) == len(set(scope))
+        assert all(len(name) <= 32 and name not in RESERVED for name in scope)
+    assert {r.name for r in module.routines if not r.local} == {"ppcorrected", "ppcorrectedcirc"}
     called = {s.parts["name"] for r in module.routines for s in r.flat if s.kind == "call"}
     assert called <= {"ppreturned", "errwrite"}
     code = "\n".join(line.split("!")[0] for line in text.splitlines())
@@ -122,67 +108,53 @@ def test_the_real_tcp_comes_to_the_target(made: Made) -> None:
     """Anywhere in the room of the arm, with the force of the arc where it has one; few targets come back as they were."""
     force = np.zeros(3) if made.real.mass < 30 else FORCE
     given = A.Load(made.real.mass, CENTER, force)
-    found, returned = misses(made.real, made.module.text, 40, "weld" if force.any() else "object", given)
+    distances, returned = misses(made.real, made.module.text, 40, "weld" if force.any() else "object", given)
     assert returned <= 8
-    assert found.max() <= made.most
+    assert distances.max() <= made.most
 
 
 def test_the_force_of_the_arc_counts_where_the_call_says_so() -> None:
-    found, returned = misses(springs(), on_the_arc().text, 40, "object", A.Load(30.0, CENTER))
+    distances, returned = misses(springs(), on_the_arc().text, 40, "object", A.Load(30.0, CENTER))
     assert returned <= 4
-    assert found.max() <= 0.005
+    assert distances.max() <= 0.005
 
 
-def test_another_tool_load_is_read_from_the_call() -> None:
-    real = springs()
-    task = real.controller(on_the_arc().text)
+@pytest.fixture
+def task() -> Controller:
+    return springs().controller(on_the_arc().text)
+
+
+def off(task: Controller, q: np.ndarray, routine: str, given: A.Load) -> float:
+    """How far [m] the real TCP is off a target with a load."""
+    target = task.target(q, TOOL)
+    commanded = task.kinematics.solved(metres(task.ask(target, routine)) @ np.linalg.inv(TOOL), target[2])
+    return float(np.linalg.norm(springs().place(commanded, given)[:3, 3] - 1e-3 * np.array(target[0])))
+
+
+def test_another_tool_load_is_read_from_the_call(task: Controller) -> None:
     heavy = A.Load(55.0, np.array([-0.05, 0.1, 0.2]))
     task.set("lUsed", load(heavy.mass, heavy.center))
-    q = MIDDLE
-    target = task.target(q, TOOL)
-    commanded = task.kinematics.solved(metres(pose_matrix(task.ask(target, "loaded"))) @ np.linalg.inv(TOOL), target[2])
-    assert np.linalg.norm(real.place(commanded, heavy)[:3, 3] - 1e-3 * np.array(target[0])) < 5e-6
-    light = real.place(commanded, A.Load(30.0, CENTER))
-    assert np.linalg.norm(light[:3, 3] - 1e-3 * np.array(target[0])) > 1e-4
+    assert off(task, MIDDLE, "loaded", heavy) < 5e-6
+    assert off(task, MIDDLE, "loaded", A.Load(30.0, CENTER)) > 1e-4
 
 
-def test_load0_in_the_call_is_the_load_of_the_tool() -> None:
+def test_load0_in_the_call_is_the_load_of_the_tool(task: Controller) -> None:
     """As the manual has it, and as the correction by numbers takes it: what is gripped counts, too."""
-    task = springs().controller(on_the_arc().text)
     task.set("lUsed", load(0.001, np.array([0.0, 0.0, 0.001])))
     task.set("ppPayload", load(12.0, np.zeros(3)))
     target = task.target(MIDDLE, TOOL)
     assert task.ask(target, "loaded") == task.ask(target) != target
 
 
-def test_a_gripped_part_weighs_where_the_tool_holds_it() -> None:
-    real = springs()
-    task = real.controller(on_the_arc().text)
-    part, held = 12.0, np.array([0.01, 0.03, 0.05])
-    task.set("ppPayload", load(part, held))
-    inside = TOOL[:3, :3] @ held + TOOL[:3, 3]
-    both = A.Load(30.0 + part, (30.0 * CENTER + part * inside) / (30.0 + part))
-    q = np.radians([-60.0, 10, 10, -70, 70, 100])
-    target = task.target(q, TOOL)
-    commanded = task.kinematics.solved(metres(pose_matrix(task.ask(target))) @ np.linalg.inv(TOOL), target[2])
-    assert np.linalg.norm(real.place(commanded, both)[:3, 3] - 1e-3 * np.array(target[0])) < 5e-6
+def test_a_gripped_part_weighs_where_the_tool_holds_it(task: Controller) -> None:
+    center = np.array([0.01, 0.03, 0.05])
+    task.set("ppPayload", load(12.0, center))
+    both = (30.0 * CENTER + 12.0 * (TOOL[:3, :3] @ center + TOOL[:3, 3])) / 42.0
+    assert off(task, np.radians([-60.0, 10, 10, -70, 70, 100]), "object", A.Load(42.0, both)) < 5e-6
 
 
-def metres(mm: np.ndarray) -> np.ndarray:
-    result = mm.copy()
-    result[:3, 3] *= 1e-3
-    return result
-
-
-def test_the_circle_point_takes_external_axes_from_the_end() -> None:
-    real = springs()
-    task = real.controller(on_the_arc().text)
-    q = MIDDLE
-    end = task.target(q, TOOL)
-    middle = task.target(q + np.radians(2.0), TOOL)
-    task.set("pTo", end)
-    alone = task.ask(middle)
-    scrawled = [*middle[:2], [0.0, 3.0, -2.0, 5.0], [1.0, 2, 3, 4, 5, 6]]
-    answer = task.ask(scrawled, "circle")
-    assert answer[:2] == alone[:2]
-    assert answer[2:] == scrawled[2:]
+def test_the_circle_point_takes_external_axes_from_the_end(task: Controller) -> None:
+    task.set("pTo", task.target(MIDDLE, TOOL))
+    middle = task.target(MIDDLE + np.radians(2.0), TOOL)
+    scrawled: list[Any] = [*middle[:2], [0.0, 3.0, -2.0, 5.0], [1.0, 2, 3, 4, 5, 6]]
+    assert task.ask(scrawled, "circle") == [*task.ask(middle)[:2], *scrawled[2:]]

@@ -50,8 +50,8 @@ def run(
         measured_range: keep every joint inside the range of DATA.
         json: print the postproc/plan/1 document.
     """
-    from postproc.identification.planning.plan import plan_poses
-    from postproc.identification.planning.room import Room
+    from postproc.identification.design import Room
+    from postproc.identification.plan import plan_poses
     from postproc.render.measuring import measuring_module
     from postproc.results.plan import plan_document
 

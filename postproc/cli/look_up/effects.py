@@ -11,7 +11,8 @@ from postproc.diagnostics import has_errors
 from postproc.effects.conformance.kit import check_effect
 from postproc.effects.loading import load_effect_file
 from postproc.effects.registry import effect_library, find_effect, installed_effects, keys_taken_twice
-from postproc.results.effect import check_document, effect_document, effects_document
+from postproc.model.file import read_model
+from postproc.results.library import check_document, effect_document, effects_document
 
 
 def list_(*, effects: EffectFiles = (), json: Flag = False) -> None:
@@ -25,14 +26,17 @@ def list_(*, effects: EffectFiles = (), json: Flag = False) -> None:
     present(effects_document(library.values()), json=json)
 
 
-def show(key: str, /, *, effects: EffectFiles = (), json: Flag = False) -> None:
+def show(key: str, /, *, model: Path | None = None, effects: EffectFiles = (), json: Flag = False) -> None:
     """Show an effect: equation, source, parameters, what it needs, what it is confused with.
 
     Args:
         key: as in a model file, such as joint_compliance.
+        model: TOML file of an arm, of which the effect's values are shown, or its law in symbols.
         json: print the postproc/effect/1 document.
     """
-    present(effect_document(find_effect(key, effect_library(effects))), json=json)
+    library = effect_library(effects)
+    stated = None if model is None else read_model(model, library).effect(key)
+    present(effect_document(find_effect(key, library), stated), json=json)
 
 
 def check(file: Path, /, *, json: Flag = False) -> int:

@@ -19,7 +19,7 @@ def list_(*, json: Flag = False) -> None:
     Args:
         json: print the postproc/robots/1 document.
     """
-    from postproc.results.robot import robots_document
+    from postproc.results.library import robots_document
     from postproc.robot.catalogue import describe_robot, list_robots
 
     present(robots_document([describe_robot(name) for name in list_robots()]), json=json)
@@ -32,7 +32,7 @@ def show(name: str, /, *, json: Flag = False) -> None:
         name: library name, a robot TOML or URDF file, or a controller's backup, whose arm is shown as it is calibrated.
         json: print the postproc/robot/1 document.
     """
-    from postproc.results.robot import robot_document
+    from postproc.results.library import robot_document
     from postproc.robot.catalogue import describe_robot, doubts
 
     robot = _of_backup(Path(name)) if Path(name).is_dir() else describe_robot(name)
@@ -42,7 +42,7 @@ def show(name: str, /, *, json: Flag = False) -> None:
 
 def _of_backup(folder: Path) -> Robot:
     """Return the only arm of a backup, with the joint compliances of its controller where it states some."""
-    from postproc.model.from_controller import controller_model
+    from postproc.model.controller import controller_model
     from postproc.robot.catalogue import describe_robot
     from postproc.robot.type_names import library_name
     from postproc.settings import read_station

@@ -12,10 +12,9 @@ from postproc.diagnostics import Diagnostic, Matter, Source
 from postproc.effects.base import FILLED_BY_MODEL, Effect
 from postproc.effects.roles import Role
 from postproc.model.arm import Model
-from postproc.model.controller_part import corrected_by_controller
+from postproc.model.controller import STIFFNESS, UNREAD, corrected_by_controller
 from postproc.model.doubts import doubts
 from postproc.model.equilibrium import equilibrium
-from postproc.model.from_controller import STIFFNESS, UNREAD
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.motions.units import tool_matrix
 from postproc.robot.catalogue import no_masses

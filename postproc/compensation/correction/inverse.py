@@ -10,7 +10,7 @@ from postproc.arrays import Array, blocks, invert, whole_turns
 from postproc.channels.state import State
 from postproc.model.arm import Model
 from postproc.model.chain import deflected_chain
-from postproc.model.controller_part import known_state
+from postproc.model.controller import known_state
 from postproc.model.deflection import REACH, Deflection, deflect, distance, tcp
 from postproc.model.equilibrium import active_bodies, carries_load, predict, unsettled
 from postproc.model.loads import loaded_state

@@ -13,7 +13,7 @@ from postproc.compensation.correction.deviation import away_from_curves
 from postproc.compensation.path.motion import Motion
 from postproc.diagnostics import Diagnostic, Source
 from postproc.model.arm import Model
-from postproc.model.controller_part import unknown_loads
+from postproc.model.controller import unknown_loads
 from postproc.model.scatter import remaining_fraction
 from postproc.model.uncertainty import beyond_range, predict_sigma
 from postproc.model.undetermined import Undetermined, undetermined_under_load
@@ -30,7 +30,7 @@ class Accuracy:
     Args:
         sigma: standard deviation per axis, root mean square over all targets.
         within_95: distance that holds 95 % of the errors, at the worst target.
-        undetermined: the part of it by parameters that no row has told, None where all were told.
+        undetermined: the part of it by parameters that no row determines, None where the rows determine all.
     """
 
     sigma: float

@@ -17,7 +17,7 @@ from postproc.model.arm import Model
 from postproc.model.doubts import flange_mass
 from postproc.model.equilibrium import predict
 from postproc.motion.findings import at_move, place
-from postproc.motion.timing.limits import LimitReport, check_limits, join_reports
+from postproc.motion.timing.jerk_limited import LimitReport, check_limits, join_reports
 from postproc.motion.values import Move
 from postproc.rapid.syntax.spans import literal
 from postproc.robot.arm import Robot
@@ -105,14 +105,14 @@ def _as_stored(moves: Sequence[Move]) -> bool:
     written = set[tuple[str, tuple[int, int]]]()
     for move in moves:
         spans = move.event.target_origin.base.spans
-        match = None if spans is None else literal(spans.source.data, *spans.whole)
+        match = None if spans is None else literal(spans.source.data, *spans.span)
         if spans is None or match is None:
             return False
         # Decimals of x, y and z as they are written, without zeros at the end.
         fractions = [number.partition(b".")[2] for number in match.group(1, 2, 3)]
         if max((len(f.rstrip(b"0")) for f in fractions if f.isdigit()), default=0) != PENDANT:
             return False
-        written.add((spans.source.path, spans.whole))
+        written.add((spans.source.path, spans.span))
     return len(written) >= FEWEST_TARGETS
 
 

@@ -11,9 +11,8 @@ from postproc.arrays import Array, blocks
 from postproc.channels.state import State
 from postproc.compensation.options import Options
 from postproc.compensation.path.timeline import Timeline
-from postproc.model.arm import Model
+from postproc.model.arm import Model, as_written
 from postproc.model.ordered import with_ordered_channels
-from postproc.model.reference import as_written
 from postproc.motion.path.places import unit_of
 from postproc.motion.path.samples import Samples
 from postproc.motion.values import Flags, Index, Move

@@ -35,7 +35,7 @@ from postproc.rapid.data.builtins import FUNCTIONS
 from postproc.rapid.data.events import MotionEvent, Origin
 from postproc.rapid.data.records import RobTarget
 from postproc.rapid.program.program import Program
-from postproc.rapid.syntax.expressions import read_whole_expression
+from postproc.rapid.syntax.expressions import read_full_expression
 from postproc.rapid.syntax.tokens import identifiers
 from postproc.rapid.syntax.trees import Call, Star, nodes
 from postproc.rapid.unknown import Unknown
@@ -354,7 +354,7 @@ def argument_text(text: str, program: Program, module: str) -> str | None:
     text = " ".join(text.split())
     data = text.encode("latin-1")
     try:
-        tree = read_whole_expression(data, 0, len(data)) if "!" not in text else None
+        tree = read_full_expression(data, 0, len(data)) if "!" not in text else None
     except Unknown:
         return None
     if tree is None or any(isinstance(part, Star) for part in nodes(tree)):

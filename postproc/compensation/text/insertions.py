@@ -21,8 +21,8 @@ from postproc.compensation.text.values import Insertion, TargetValue
 from postproc.motion.path.samples import Samples
 from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey
 from postproc.rapid.program.arguments import BY_REFERENCE
-from postproc.rapid.program.instructions import READ_ONLY
 from postproc.rapid.program.program import Program, statements_in
+from postproc.rapid.program.signatures import READ_ONLY
 from postproc.rapid.program.statement_effects import UNSEEN
 from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.nodes import Routine, Statement
@@ -184,7 +184,7 @@ class DivisibleMoves:
         """Whether a statement is an instruction that neither moves the arm nor writes what a line depends on."""
         if statement.kind != "call" or statement.word not in _BETWEEN:
             return False
-        effect = self.changes.direct.own(statement, routine)
+        effect = self.changes.direct.of_statement(statement, routine)
         return not effect.calls and self.changes.of_one(statement, routine) <= _DRIVING
 
     def _goes_on_behind_errors(self, routine: Routine) -> bool:

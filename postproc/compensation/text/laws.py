@@ -88,7 +88,7 @@ def fit_affine(regressors: Sequence[Regressors], offsets: Array, least: float) -
     best, off, part = _fit(names, regressors, offsets)
     while part > CANCELLING:
         fewer = [[other for other in names if other != name] for name in names]
-        best, off, part = min((_fit(chosen, regressors, offsets) for chosen in fewer), key=lambda found: found[1])
+        best, off, part = min((_fit(chosen, regressors, offsets) for chosen in fewer), key=lambda fit: fit[1])
         names = [name for name, _ in best.coefficients]
     for name in tuple(names):
         without = [other for other in names if other != name]

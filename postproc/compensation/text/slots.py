@@ -10,10 +10,10 @@ from postproc.compensation.text.values import Form, TargetRequest
 from postproc.diagnostics import Source, Span
 from postproc.rapid.data.events import MotionEvent, Origin, StatementKey
 from postproc.rapid.execution.interpreter import MAX_CALLS
-from postproc.rapid.motions.regressors import DATA_NAME
+from postproc.rapid.motions.events_of import DATA_NAME
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.references import Use, declaration_uses
-from postproc.rapid.syntax.expressions import read_whole_expression
+from postproc.rapid.syntax.expressions import read_full_expression
 from postproc.rapid.syntax.trees import Call, Expression
 from postproc.rapid.unknown import Unknown
 
@@ -75,8 +75,8 @@ def slots_of(origin: Origin) -> tuple[SlotKey, ...]:
     spans, handed = base.spans, base.handed
     slots: list[SlotKey] = []
     if spans is not None and not spans.source.read_only:
-        slots.append(("numbers", spans.source.path, spans.whole[0]))
-    if handed is not None and not handed.source.read_only and (spans is None or spans.whole[0] != handed.span[0]):
+        slots.append(("numbers", spans.source.path, spans.span[0]))
+    if handed is not None and not handed.source.read_only and (spans is None or spans.span[0] != handed.span[0]):
         slots.append(("call", handed.source.path, handed.span[0]))
     return tuple(slots)
 
@@ -169,7 +169,7 @@ def target_expression(source: Source, span: Span, program: Program) -> TargetExp
     if DATA_NAME.fullmatch(text) is not None:
         return TargetExpression(around or "components")
     try:
-        tree = read_whole_expression(source.data, *span)
+        tree = read_full_expression(source.data, *span)
     except Unknown:
         return TargetExpression(around)
     if amounts_of(tree) and isinstance(tree, Call) and tree.name not in hidden:

@@ -167,13 +167,13 @@ class Writer:
         origin = request.origin
         base, root = origin.base, origin.root
         if slot[0] == "numbers" and base.spans is not None and root is None and value.of is request:
-            return Change(base.spans.source, base.spans.whole, "numbers", request.value)
+            return Change(base.spans.source, base.spans.span, "numbers", request.value)
         now = request.target if root is None else root.target
         moved = _moved(now, value)
         target = TargetValue(Pose(moved.trans, moved.rot), moved.robconf, now.extax)
         if slot[0] == "numbers":
             assert base.spans is not None
-            return Change(base.spans.source, base.spans.whole, "numbers", target)
+            return Change(base.spans.source, base.spans.span, "numbers", target)
         assert base.handed is not None
         source, span = base.handed.source, base.handed.span
         expression, along = target_expression(source, span, self.program), value.shift

@@ -2,5 +2,5 @@
 
 `signal`: what a function is of, with its values on the rows. `functions`: each function with its grid, its sentence and
 what it may become when looked at closer. `form`: products of them, many at once. `families`: all that are tried, with
-those of what the `tool` and footing feel, of what the `instrument` reads, and of `memory`. `prior`: what each costs.
+those of what is `derived` (forces on tool and footing, readings, earlier rows). `prior`: what each costs.
 """

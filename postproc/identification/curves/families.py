@@ -16,6 +16,7 @@ from postproc.channels.state import State
 from postproc.channels.units import recorded, shown
 from postproc.diagnostics import joined
 from postproc.effects.places import LEANS, LOADED
+from postproc.identification.curves.derived import around, creeps, lags, memories, overturning, pulls, readings
 from postproc.identification.curves.form import (
     Block,
     CurveForm,
@@ -50,12 +51,9 @@ from postproc.identification.curves.functions import (
     sways,
     waves,
 )
-from postproc.identification.curves.instrument import around, readings
-from postproc.identification.curves.memory import creeps, lags, memories
 from postproc.identification.curves.prior import APART, UNNAMED_LOG_PRIOR, odds, sort_of_place
 from postproc.identification.curves.signal import TABLE, Signal, added, channel_signal
-from postproc.identification.curves.tool import overturning, pulls
-from postproc.measure.read.own import MOST_LEVELS
+from postproc.measure.read.channels import MOST_LEVELS
 
 SWAYED = ("q", "dir", "payload", "x", "y", "z")
 """Channels that may be the size of what comes again in time or along a column of the table's own."""

@@ -1,4 +1,4 @@
-"""What a table tells about itself: what is `likely_wrong`, by `sizes` and by `readings` that would fit better.
+"""What a table tells about itself: what is `likely_wrong`, not `plausible`, and which `readings` would fit better.
 
-`repeats`: the noise that repeats of a pose tell; `copies`: rows that agree digit by digit.
+`repeats`: the noise that repeats of a pose tell.
 """

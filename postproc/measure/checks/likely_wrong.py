@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, Severity, has_errors
-from postproc.measure.checks.copies import check_copies
+from postproc.measure.checks.plausible import check_limits, check_plausible, usable_rows
 from postproc.measure.checks.readings import (
     MISMATCH_M,
     RADIANS,
@@ -24,19 +24,15 @@ from postproc.measure.checks.readings import (
     slipped,
     zero_errors,
 )
-from postproc.measure.checks.sizes import check_sizes
 from postproc.measure.consensus import FEWEST_PLACED, LEAST_M, TIMES, Agreement, poses_among, sessions_of
 from postproc.measure.measurements import FEWEST_ROWS_JUDGED, Measurements
 from postproc.measure.read.cells import Cells
-from postproc.measure.read.values.turns import LARGEST_FLANGE_TURN_RAD, Turns
+from postproc.measure.read.turns import LARGEST_FLANGE_TURN_RAD, Turns
 from postproc.robot.arm import Robot
 
-SHOWN_ROWS = 5
-COARSE = 0.99 * np.radians(0.01)
-"""Step of angles [rad] whose rounding stands beside the noise of an instrument."""
 MANY_FAR = 20
 """Single typing errors are fewer than one row in so many."""
-OWN_M, OWN_TURN = 1e-5, 1e-4
+NOMINAL_M, NOMINAL_TURN = 1e-5, 1e-4
 """No arm is so exactly where its nominal kinematics says, nor an instrument's axes so exactly those of its base."""
 
 
@@ -57,73 +53,22 @@ def check_measurements(
         agreed: which rows cannot be right. measured: False for poses that have yet to be measured.
         unit: unit of length in which the positions were read.
     """
-    if not _usable_rows(data, measured).any():
+    if not usable_rows(data, measured).any():
         message = "no row can be used: none has commanded joint angles" + (" and a measured pose" if measured else "")
-        return [Diagnostic("DAT001", "error", message, cells.source, cells.span(0), "fill in the empty columns")]
-    found = [
-        *_check_cells(data, cells, measured),
-        *check_copies(data, cells),
-        *_check_rounding(data, cells),
-        *check_sizes(data, robot, cells),
-    ]
+        return [cells.finding("DAT001", "error", message, "fill in the empty columns")]
+    findings = check_plausible(data, robot, cells, measured)
     rows = agreed.rows
+    single = check_limits(data, robot, cells)
     if data.tool_known or poses_among(data.state.q[rows]) < FEWEST_ROWS_JUDGED:
         small = len(data) >= FEWEST_ROWS_JUDGED and np.nanmax(np.abs(data.state.q), initial=0) < RADIANS_BELOW
-        radians = [_finding("warning", *RADIANS, cells)] if small else []
-        turned = _check_orientations(data, robot, rows, cells, turns)
-        return found + radians + turned + _check_limits(data, robot, cells) + _check_points(data, agreed, cells, unit)
-    arm = PlacedArm(robot, data.state.T_reference_base)
-    readings = _check_readings(data, arm, agreed, cells, unit, turns)
-    if has_errors(readings):
-        return found + readings
+        readings = [cells.finding("DAT009", "warning", *RADIANS)] if small else []
+    else:
+        readings = _check_readings(data, PlacedArm(robot, data.state.T_reference_base), agreed, cells, unit, turns)
+        if has_errors(readings):
+            return findings + readings
+        single = [] if readings else single
     turned = _check_orientations(data, robot, rows, cells, turns)
-    if readings:
-        return found + readings + turned + _check_points(data, agreed, cells, unit)
-    return found + turned + _check_limits(data, robot, cells) + _check_points(data, agreed, cells, unit)
-
-
-def _usable_rows(data: Measurements, measured: bool) -> NDArray[np.bool_]:
-    """Return (n,) mask of rows that can be used: with commanded angles and, if ``measured``, with a measured pose."""
-    return data.usable if measured else np.asarray(np.isfinite(data.state.q).all(axis=1))
-
-
-def _finding(severity: Severity, message: str, help_: str, cells: Cells) -> Diagnostic:
-    """Return the finding DAT009 with this message and help, at the first row of the table."""
-    return Diagnostic("DAT009", severity, message, cells.source, cells.span(0), help_)
-
-
-def _check_cells(data: Measurements, cells: Cells, measured: bool) -> list[Diagnostic]:
-    """Return DAT005 for rows without angles or measurements."""
-    found = []
-    commanded = _usable_rows(data, measured=False)
-    unmeasured = commanded & ~_usable_rows(data, measured)
-    for lacking, what in ((~commanded, "no joint angles"), (unmeasured, "nothing measured")):
-        if lacking.any():
-            first = int(np.flatnonzero(lacking)[0])
-            message = f"{_listed(lacking)} of {len(data)} {'has' if lacking.sum() == 1 else 'have'} {what}: not used"
-            help_ = "fill in the empty cells if the values are known"
-            found.append(Diagnostic("DAT005", "warning", message, cells.source, cells.span(first), help_))
-    return found
-
-
-def _listed(some: NDArray[np.bool_]) -> str:
-    """Return the rows that a mask (n,) marks in words, counted from 1: ``rows 1, 4, 9``; the first five of many."""
-    rows = [str(i + 1) for i in np.flatnonzero(some)]
-    more = f" and {len(rows) - SHOWN_ROWS} more" if len(rows) > SHOWN_ROWS else ""
-    return f"row{'s' if rows[1:] else ''} {', '.join(rows[:SHOWN_ROWS])}{more}"
-
-
-def _check_rounding(data: Measurements, cells: Cells) -> list[Diagnostic]:
-    """Return DAT010 where all joint angles are multiples of 0.01 deg or of a coarser step."""
-    step = data.rows(np.flatnonzero(np.isfinite(data.state.q).all(axis=1))).step
-    if step < COARSE:
-        return []
-    # A rounding error is uniform: its standard deviation is step / sqrt(12); 1.5 m is the lever of a middle-sized arm.
-    error = step / np.sqrt(12) * 1.5e3
-    message = f"all joint angles are multiples of {np.rad2deg(step):g} deg"
-    message += f"; if rounded, that alone is an error of {error:.2f} mm"
-    help_ = "export the angles with four decimals; ignore this if the poses were commanded with these round angles"
-    return [Diagnostic("DAT010", "warning", message, cells.source, cells.span(0), help_)]
+    return findings + readings + turned + single + _check_points(data, agreed, cells, unit)
 
 
 def _check_readings(
@@ -140,59 +85,60 @@ def _check_readings(
         turns: measured orientations, if any.
     """
     rows = agreed.rows
-    some = rows[:: max(1, len(rows) // 120)]
-    q, y, whole = data.state.q[some], data.position[some], arm
-    robot, arm = arm.robot, arm.rows(some)
-    as_read = align_arm(arm, q, y)
-    own = as_read.typical < OWN_M and np.allclose(as_read.T_instrument_base[:3, :3], np.eye(3), atol=OWN_TURN)
+    sample = rows[:: max(1, len(rows) // 120)]
+    q, y, placed, robot = data.state.q[sample], data.position[sample], arm.rows(sample), arm.robot
+    as_read = align_arm(placed, q, y)
+    nominal = as_read.typical < NOMINAL_M and np.allclose(
+        as_read.T_instrument_base[:3, :3], np.eye(3), atol=NOMINAL_TURN
+    )
     far = np.linalg.norm(as_read.residual, axis=1) > MISMATCH_M
-    if fits(as_read) and not own and MANY_FAR * far.sum() < len(far):
+    if fits(as_read) and not nominal and MANY_FAR * far.sum() < len(far):
         return []
 
-    def found(severity: Severity, message: str, help_: str) -> list[Diagnostic]:
+    def findings(severity: Severity, message: str, help_: str) -> list[Diagnostic]:
         """Return DAT009 in a list."""
-        return [_finding(severity, message, help_, cells)]
+        return [cells.finding("DAT009", severity, message, help_)]
 
-    if own:
+    if nominal:
         message = f"the points are the nominal arm's own, to {1e3 * as_read.typical:.4f} mm: no arm is so exact"
-        return found("warning", message, "are they the controller's, and the instrument's in other columns?")
-    slip = slipped(whole.rows(rows), data.state.q[rows], data.position[rows])
+        return findings("warning", message, "are they the controller's, and the instrument's in other columns?")
+    slip = slipped(arm.rows(rows), data.state.q[rows], data.position[rows])
     if slip is not None:
         return [_slip(*slip, rows, cells)]
     if fits(as_read) or agreed.fits:
         return []
-    oriented = None if turns is None else replace(turns, numbers=turns.numbers[some])
-    other = other_reading(arm, q, y, as_read, unit, lambda angles: _agree(arm, angles, q, oriented))
+    oriented = None if turns is None else replace(turns, numbers=turns.numbers[sample])
+    other = other_reading(placed, q, y, as_read, unit, lambda angles: _agree(placed, angles, q, oriented))
     if other is not None:
-        return found("error", *other)
+        return findings("error", *other)
     if as_read.typical < SUSPICIOUS_M:
         # Few poses in a small part of space tell neither a scale nor a mirror.
         return []
     size = f"{1e3 * as_read.typical:.0f} mm" if np.isfinite(as_read.typical) else "more than a metre"
     message = f"the measured points do not fit the nominal arm `{robot.name}`: {size} in the median row"
-    if names := other_arms(arm, q, y):
-        return found("error", message, f"they fit {' or '.join(f'`{n}`' for n in names)}: check the robot's name")
-    offset, left = zero_errors(arm, q, y) if np.isfinite(as_read.typical) else (np.zeros(6), np.inf)
-    if left < SUSPICIOUS_M:
+    if names := other_arms(placed, q, y):
+        return findings("error", message, f"they fit {' or '.join(f'`{n}`' for n in names)}: check the robot's name")
+    offset, typical = zero_errors(placed, q, y) if np.isfinite(as_read.typical) else (np.zeros(6), np.inf)
+    if typical < SUSPICIOUS_M:
         j = int(np.argmax(np.abs(offset)))
         help_ = f"joint zeros explain it (joint {j + 1} by {np.rad2deg(offset[j]):.1f} deg): the fit finds them"
-        return found("warning", message, help_)
+        return findings("warning", message, help_)
     if len(sessions := np.unique(sessions_of(data)[rows])) > 1:
         poses = {name: poses_among(data.state.q[rows[sessions_of(data)[rows] == name]]) for name in sessions}
         largest = max(sessions, key=lambda name: poses[name])
         if poses[largest] >= FEWEST_PLACED:
             agreed = replace(agreed, rows=rows[sessions_of(data)[rows] == largest])
-            return _check_readings(data, whole, agreed, cells, unit, turns)
+            return _check_readings(data, arm, agreed, cells, unit, turns)
         message = (
             f"no session has more than {poses[largest]} poses, and the points were not all seen from one place: "
             "nothing tells where the instrument stood"
         )
         help_ = f"measure {FEWEST_ROWS_JUDGED} poses or more from each place of the instrument, in one session"
-        return found("error", message, help_)
+        return findings("error", message, help_)
     help_ = "check the robot's name, the joint zeros and signs, and that joints and points belong to the same rows"
     if arm.T_reference_base is not None:
         help_ += "; and that external axes stand as `eax_a` .. say, and run as the cell says"
-    return found("error" if as_read.typical > MISMATCH_M else "warning", message, help_)
+    return findings("error" if as_read.typical > MISMATCH_M else "warning", message, help_)
 
 
 def _agree(arm: PlacedArm, angles: Array, as_read: Array, turns: Turns | None) -> bool:
@@ -218,12 +164,12 @@ def _slip(before: int, after: int, k: int, rows: NDArray[np.int_], cells: Cells)
     """
     last, first = len(rows) - 1, int(rows[min(k, len(rows) - 1)])
     where = f"from row {first + 1} on every" if after else f"up to row {int(rows[k - 1]) + 1} every"
-    whole = k <= 1 if after else k >= last
-    beside = "row before" if before + after > 0 else "next row"
+    every = k <= 1 if after else k >= last
+    neighbour = "row before" if before + after > 0 else "next row"
     cause = "stands twice, or the angles of one are missing" if before + after > 0 else "is missing"
-    message = f"{'every' if whole else where} point belongs to the joint angles of the {beside}: so they fit the arm"
+    message = f"{'every' if every else where} point belongs to the joint angles of the {neighbour}: so they fit the arm"
     help_ = f"a point {cause} there: put both side by side again, with empty cells for what is missing"
-    return Diagnostic("DAT009", "error", message, cells.source, cells.span(first if after else 0), help_)
+    return cells.finding("DAT009", "error", message, help_, first if after else 0)
 
 
 def _check_orientations(
@@ -236,15 +182,15 @@ def _check_orientations(
     """
     if turns is None:
         return []
-    some = np.flatnonzero(np.isfinite(turns.numbers).all(axis=1) & np.isfinite(data.state.q).all(axis=1))[:200]
-    if len(some) < FEWEST_ROWS_JUDGED:
+    sample = np.flatnonzero(np.isfinite(turns.numbers).all(axis=1) & np.isfinite(data.state.q).all(axis=1))[:200]
+    if len(sample) < FEWEST_ROWS_JUDGED:
         return []
     arm = PlacedArm(robot, data.state.T_reference_base)
-    flange = arm.rows(some).flange(data.state.q[some])[:, :3, :3]
+    flange = arm.rows(sample).flange(data.state.q[sample])[:, :3, :3]
     placed = None
     if len(rows) >= FEWEST_ROWS_JUDGED:
         placed = align_arm(arm.rows(rows), data.state.q[rows], data.position[rows]).T_instrument_base[:3, :3]
-    shown = replace(turns, numbers=turns.numbers[some])
+    shown = replace(turns, numbers=turns.numbers[sample])
     off = shown.off(flange, placed)
     if off is None or off < LARGEST_FLANGE_TURN_RAD:
         return []
@@ -254,28 +200,9 @@ def _check_orientations(
     help_ = "check `form` and `unit` of `[orientation]` in the column map, or that `qw` comes first"
     meant = shown.better_reading(flange, placed)
     if meant is not None:
-        what, help_, left = meant
-        message += f"; read as {what} they follow it to {np.degrees(left):.2f} deg"
-    return [_finding("error", message, help_, cells)]
-
-
-def _check_limits(data: Measurements, robot: Robot, cells: Cells) -> list[Diagnostic]:
-    """Return DAT011 for the first five rows with a joint over 1 deg outside its limits."""
-    margin = np.deg2rad(1.0)
-    beyond = (data.state.q > robot.upper + margin) | (data.state.q < robot.lower - margin)
-    found = []
-    for i in np.flatnonzero(beyond.any(axis=1))[:SHOWN_ROWS]:
-        j = int(np.flatnonzero(beyond[i])[0])
-        message = (
-            f"joint {j + 1} stands at {np.rad2deg(data.state.q[i, j]):.1f} deg, outside its limits "
-            f"{np.rad2deg(robot.lower[j]):.0f} .. {np.rad2deg(robot.upper[j]):.0f} deg"
-        )
-        found.append(
-            Diagnostic(
-                "DAT011", "warning", message, cells.source, cells.span(int(i)), "check the angle and the arm's name"
-            )
-        )
-    return found
+        what, help_, angle = meant
+        message += f"; read as {what} they follow it to {np.degrees(angle):.2f} deg"
+    return [cells.finding("DAT009", "error", message, help_)]
 
 
 def _check_points(data: Measurements, agreed: Agreement, cells: Cells, unit: str) -> list[Diagnostic]:
@@ -288,13 +215,13 @@ def _check_points(data: Measurements, agreed: Agreement, cells: Cells, unit: str
     mixed = _check_mixed(data, agreed, unit)
     if mixed is not None:
         first, message, help_ = mixed
-        return [Diagnostic("DAT009", "error", message, cells.source, cells.span(first), help_)]
+        return [cells.finding("DAT009", "error", message, help_, first)]
     wrong = agreed.rows[agreed.wrong]
     if agreed.doubtful:
-        some = "".join(f"session `{name}`, " for name in agreed.doubtful if name)
-        message = f"{some}too many rows do not agree with the others on where the arm is: {numbered(wrong + 1)}"
+        sessions = "".join(f"session `{name}`, " for name in agreed.doubtful if name)
+        message = f"{sessions}too many rows do not agree with the others on where the arm is: {numbered(wrong + 1)}"
         help_ = "leave these rows out, or give those that the instrument saw from elsewhere a `session` of their own"
-        return [Diagnostic("DAT009", "error", message, cells.source, cells.span(int(wrong[0])), help_)]
+        return [cells.finding("DAT009", "error", message, help_, int(wrong[0]))]
     error = np.linalg.norm(agreed.error, axis=1)
     far = np.flatnonzero(agreed.wrong)
     if MANY_FAR * len(far) > len(error):
@@ -307,7 +234,7 @@ def _check_points(data: Measurements, agreed: Agreement, cells: Cells, unit: str
             "correct them, or give those that the instrument saw from elsewhere a `session` of their own; until then "
         )
         help_ += "fits leave them out"
-        return [Diagnostic("DAT007", "warning", message, cells.source, cells.span(int(wrong[0])), help_)]
+        return [cells.finding("DAT007", "warning", message, help_, int(wrong[0]))]
     return [_far(agreed, k, cells) for k in far[np.argsort(-error[far])]]
 
 
@@ -322,9 +249,7 @@ def _far(agreed: Agreement, k: int, cells: Cells) -> Diagnostic:
         f"row {i + 1} lies {1e3 * error:.1f} mm from where the arm should be "
         f"(others {1e3 * agreed.typical[k]:.2f} mm); {cause}"
     )
-    return Diagnostic(
-        "DAT007", "warning", message, cells.source, cells.span(i), "correct the row; until then fits leave it out"
-    )
+    return cells.finding("DAT007", "warning", message, "correct the row; until then fits leave it out", i)
 
 
 def _check_mixed(data: Measurements, agreed: Agreement, unit: str) -> tuple[int, str, str] | None:
@@ -332,10 +257,10 @@ def _check_mixed(data: Measurements, agreed: Agreement, unit: str) -> tuple[int,
     limit = max(LEAST_M, TIMES * float(agreed.typical.min()))
     position = data.position[agreed.rows]
     for factor, look, short in other_lengths(unit):
-        alike = agreed.wrong & (np.linalg.norm(agreed.error + position / factor - position, axis=1) < limit)
-        if MANY_FAR * alike.sum() > len(alike):
-            rows = agreed.rows[alike]
-            message = f"{alike.sum()} of {len(alike)} rows {look}: they then fit the others; {numbered(rows + 1)}"
+        scaled = agreed.wrong & (np.linalg.norm(agreed.error + position / factor - position, axis=1) < limit)
+        if MANY_FAR * scaled.sum() > len(scaled):
+            rows = agreed.rows[scaled]
+            message = f"{scaled.sum()} of {len(scaled)} rows {look}: they then fit the others; {numbered(rows + 1)}"
             help_ = f"write all rows in one unit, or those in {short} as a table of their own with a column map"
             return int(rows[0]), message, help_
     return None
@@ -344,5 +269,5 @@ def _check_mixed(data: Measurements, agreed: Agreement, unit: str) -> tuple[int,
 def numbered(rows: NDArray[np.int_]) -> str:
     """Return row numbers in words, runs of them as ``4 to 9``: ``rows 1, 4 to 9``."""
     runs = np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)
-    some = [f"{r[0]}" if len(r) == 1 else f"{r[0]} to {r[-1]}" for r in runs]
-    return f"row{'s' if len(rows) > 1 else ''} {', '.join(some)}"
+    listed = [f"{r[0]}" if len(r) == 1 else f"{r[0]} to {r[-1]}" for r in runs]
+    return f"row{'s' if len(rows) > 1 else ''} {', '.join(listed)}"

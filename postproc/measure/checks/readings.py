@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.diagnostics import PostprocError
 from postproc.measure.alignment import SAME_SCALE, Alignment, align
-from postproc.measure.read.values.units import UNITS
+from postproc.measure.read.values import UNITS
 from postproc.robot.arm import Robot
 from postproc.robot.catalogue import list_robots, load_robot
 from postproc.robot.kinematics import forward
@@ -82,9 +82,9 @@ def near(position: Array) -> NDArray[np.bool_]:
     return np.asarray(away <= STRAY * np.median(away))
 
 
-def fits(found: Alignment) -> bool:
+def fits(alignment: Alignment) -> bool:
     """Return whether an alignment fits: within 10 mm in the median row, not mirrored, scale within 5 % of 1."""
-    return found.typical < SUSPICIOUS_M and not found.mirrored and abs(found.scale - 1) < SAME_SCALE
+    return alignment.typical < SUSPICIOUS_M and not alignment.mirrored and abs(alignment.scale - 1) < SAME_SCALE
 
 
 def other_lengths(unit: str) -> Iterator[tuple[float, str, str]]:
@@ -112,7 +112,7 @@ def other_reading(
         q: (n, 6) [rad] and position: (n, 3) [m] as they were read; as_read: their alignment.
         unit: unit of length in which the positions were read. allowed: whether joint angles (n, 6) may be proposed.
     """
-    best, found = as_read.typical / CLEARER, None
+    best, reading = as_read.typical / CLEARER, None
     mirror = "the points are mirrored: two of `x_mm`, `y_mm`, `z_mm` are swapped, or one has the wrong sign"
     mirrored = align_arm(arm, q, position[:, [1, 0, 2]])
     in_mirror = fits(mirrored) and mirrored.typical < best
@@ -127,12 +127,12 @@ def other_reading(
                 length = f"the positions {look}" if look else ""
                 unit_help = f"give the unit in a column map: x_mm = {{name = .., unit = '{short}'}}" if look else ""
                 # A vendor's sign convention is more common than a left-handed instrument.
-                said = [" and ".join(x for x in (text, length) if x), *([mirror] if in_mirror else [])]
-                message = f"{', or '.join(said)}: the points then fit to {1e3 * fit.typical:.2f} mm"
-                found = message, "; ".join(x for x in (help_, unit_help) if x)
-    if found is None and in_mirror:
+                causes = [" and ".join(x for x in (text, length) if x), *([mirror] if in_mirror else [])]
+                message = f"{', or '.join(causes)}: the points then fit to {1e3 * fit.typical:.2f} mm"
+                reading = message, "; ".join(x for x in (help_, unit_help) if x)
+    if reading is None and in_mirror:
         return f"{mirror}: they then fit to {1e3 * mirrored.typical:.2f} mm", f"{RENAME}, or `sign = -1`"
-    return found
+    return reading
 
 
 def slipped(arm: PlacedArm, q: Array, position: Array) -> tuple[int, int, int] | None:
@@ -147,34 +147,34 @@ def slipped(arm: PlacedArm, q: Array, position: Array) -> tuple[int, int, int] |
     """
     n, flange = len(q), arm.flange(q)
     right = np.linalg.norm(align_arm(arm, q, position).residual, axis=1) < MISMATCH_M
-    most, found = max(0.9 * n, 0.5 * (n + right.sum())), None
-    for first, (mine, other) in product((True, False), ((0, 1), (0, -1), (1, 0), (-1, 0))):
+    most, slip = max(0.9 * n, 0.5 * (n + right.sum())), None
+    for first, (step, other) in product((True, False), ((0, 1), (0, -1), (1, 0), (-1, 0))):
         fitted = np.zeros(2 * n, dtype=bool)
         fitted[: n // 3] = first
         fitted[n - n // 3 : n] = not first
-        both = np.concatenate([np.roll(flange, step, axis=0) for step in (mine, other)])
+        both = np.concatenate([np.roll(flange, shift, axis=0) for shift in (step, other)])
         known = align(both, np.tile(position, (2, 1)), fitted=fitted)
         near = (np.linalg.norm(known.residual, axis=1) < MISMATCH_M).reshape(2, n)[:: 1 if first else -1]
         right = np.append(0, np.cumsum(near[0])) + np.append(np.cumsum(near[1, ::-1])[::-1], 0)
         if fits(known) and right.max() > most:
             most, best = right.max(), np.flatnonzero(right == right.max())
-            before, after = (mine, other) if first else (other, mine)
+            before, after = (step, other) if first else (other, step)
             # Repeats stand right either way: what is wrong goes as far as it can.
-            found = before, after, int(best[-1] if before else best[0])
-    return found
+            slip = before, after, int(best[-1] if before else best[0])
+    return slip
 
 
 def other_arms(arm: PlacedArm, q: Array, position: Array) -> list[str]:
     """Return names of library arms that the points fit best in place of this one; several of equal lengths."""
-    found: dict[str, float] = {}
+    typical_of: dict[str, float] = {}
     for name in list_robots():
         try:
             other = align_arm(replace(arm, robot=load_robot(name)), q, position)
         except PostprocError:
             continue
         if fits(other) and name != arm.robot.name:
-            found[name] = other.typical
-    return [name for name, typical in found.items() if typical <= min(found.values()) + SAME_LENGTHS_M]
+            typical_of[name] = other.typical
+    return [name for name, typical in typical_of.items() if typical <= min(typical_of.values()) + SAME_LENGTHS_M]
 
 
 def zero_errors(arm: PlacedArm, q: Array, position: Array) -> tuple[Array, float]:

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
+from postproc.measure.errors import CHANCE, chance_of_excess
 from postproc.measure.measurements import Measurements
-from postproc.measure.significance import CHANCE, chance_of_excess
 from postproc.robot.arm import Robot
 
 RP_PER_AXIS = float(np.sqrt(8 / np.pi) + 3 * np.sqrt(3 - 8 / np.pi))
@@ -67,18 +67,18 @@ def estimate_noise(data: Measurements, robot: Robot, stated: float | None = None
         error: (n, k) residuals of a model, whose scatter counts in place of that of the observed numbers.
     """
     values = _values(data) if error is None else error
-    beside = data.observed.name == "position"
-    rotation = _rotation_scatter(data, data.repeats) if beside else None
+    positions = data.observed.name == "position"
+    rotation = _rotation_scatter(data, data.repeats) if positions else None
     instrument = None
-    if data.sigma is not None and beside:
+    if data.sigma is not None and positions:
         instrument = float(np.sqrt(np.nanmean(data.sigma**2)))
     if stated is not None:
         return Noise(stated, np.inf, rotation, "user", instrument=instrument)
-    found: Noise | None = None
+    noise: Noise | None = None
     for square, dof in scatters(data, values, robot):
-        if dof >= 9 and square > 0 and (found is None or significantly_below(square, dof, found)):
-            found = Noise(float(np.sqrt(square)), dof, rotation, "repeats", instrument=instrument)
-    return found or Noise(None, 0.0, rotation, "none", instrument=instrument)
+        if dof >= 9 and square > 0 and (noise is None or significantly_below(square, dof, noise)):
+            noise = Noise(float(np.sqrt(square)), dof, rotation, "repeats", instrument=instrument)
+    return noise or Noise(None, 0.0, rotation, "none", instrument=instrument)
 
 
 def scatters(data: Measurements, values: Array, robot: Robot) -> list[tuple[float, float]]:
@@ -89,8 +89,8 @@ def scatters(data: Measurements, values: Array, robot: Robot) -> list[tuple[floa
     """
     arm = (robot.repeatability or 0.0) / RP_PER_AXIS if data.observed.name == "position" else 0.0
     some = (visits(data), data.repeats)
-    found = [_unexplained_scatter(data, _without_strays(values, groups), groups) for groups in some]
-    return [(square + arm**2 * (0 < square < (STANDING_RATIO * arm) ** 2), dof) for square, dof in found]
+    variances = [_unexplained_scatter(data, _without_strays(values, groups), groups) for groups in some]
+    return [(square + arm**2 * (0 < square < (STANDING_RATIO * arm) ** 2), dof) for square, dof in variances]
 
 
 def _values(data: Measurements) -> Array:
@@ -120,9 +120,9 @@ def _split(groups: NDArray[np.int_], channel: Array, least: float = 0.0) -> NDAr
     order = np.lexsort((channel, groups))
     wide = np.diff(channel[order]) > max(0.05 * float(np.ptp(channel)), least)
     fresh = np.concatenate([[True], (np.diff(groups[order]) != 0) | wide])
-    found = np.empty_like(groups)
-    found[order] = np.cumsum(fresh) - 1
-    return found
+    split = np.empty_like(groups)
+    split[order] = np.cumsum(fresh) - 1
+    return split
 
 
 def _unexplained_scatter(data: Measurements, values: Array, groups: NDArray[np.int_]) -> tuple[float, float]:
@@ -131,16 +131,16 @@ def _unexplained_scatter(data: Measurements, values: Array, groups: NDArray[np.i
     What a linear function of a user's own column explains in each group is taken out if it is significant (F test).
     """
     square, dof = pooled_scatter(values, groups)
-    beside = np.zeros((len(data), 0))
+    columns = np.zeros((len(data), 0))
     # The levels of one column of words stand side by side: `name=word`.
-    for _, some in groupby(data.state.channels.items(), lambda own: own[0].partition("=")[0]):
-        trial = np.column_stack([beside, *(channel for _, channel in some)])
-        own, left = pooled_scatter(values, groups, trial)
-        if left in (0, dof) or own <= 0:
+    for _, levels in groupby(data.state.channels.items(), lambda item: item[0].partition("=")[0]):
+        trial = np.column_stack([columns, *(channel for _, channel in levels)])
+        within, remaining = pooled_scatter(values, groups, trial)
+        if remaining in (0, dof) or within <= 0:
             continue
-        between = (square * dof - own * left) / (dof - left)
-        if chance_of_excess(between / own, dof - left, left) < CHANCE:
-            beside, square, dof = trial, own, left
+        between = (square * dof - within * remaining) / (dof - remaining)
+        if chance_of_excess(between / within, dof - remaining, remaining) < CHANCE:
+            columns, square, dof = trial, within, remaining
     return square, dof
 
 
@@ -162,12 +162,12 @@ def _without_strays(values: Array, groups: NDArray[np.int_]) -> Array:
     return result
 
 
-def pooled_scatter(values: Array, groups: NDArray[np.int_], beside: Array | None = None) -> tuple[float, float]:
+def pooled_scatter(values: Array, groups: NDArray[np.int_], explaining: Array | None = None) -> tuple[float, float]:
     """Return the pooled variance of values (n, k) about their group's mean, and its degrees of freedom; NaN is ignored.
 
     Args:
         groups: (n,) number of the group of each row.
-        beside: (n, c) columns; the variance is then that about a linear function of them in each group.
+        explaining: (n, c) columns; the variance is then that about a linear function of them in each group.
     """
     good = np.isfinite(values)
     _, index = np.unique(groups, return_inverse=True)
@@ -176,11 +176,11 @@ def pooled_scatter(values: Array, groups: NDArray[np.int_], beside: Array | None
     np.add.at(total, index, np.where(good, values, 0.0))
     away = np.where(good, values - (total / np.maximum(count, 1))[index], 0.0)
     dof = float(np.maximum(count - 1, 0).sum())
-    columns = np.zeros((len(values), 0)) if beside is None else beside
+    columns = np.zeros((len(values), 0)) if explaining is None else explaining
     for group in np.flatnonzero((count > 1).any(axis=1)) if columns.size else ():
         member = np.flatnonzero(index == group)
-        told = columns[member] - columns[member].mean(axis=0)
-        U, size, _ = np.linalg.svd(told, full_matrices=False)
+        centred = columns[member] - columns[member].mean(axis=0)
+        U, size, _ = np.linalg.svd(centred, full_matrices=False)
         U = U[:, size > 1e-9 * float(np.abs(columns[member]).max())]
         away[member] -= U @ (U.T @ away[member])
         dof -= float(np.minimum(U.shape[1], np.maximum(count[group] - 1, 0)).sum())

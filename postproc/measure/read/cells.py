@@ -1,33 +1,42 @@
-"""Text of a measurement file -> columns of cells, each with its place in the file."""
+"""Text of a measurement file, or a sheet of a workbook -> columns of cells, each with its place in the file."""
 
 from __future__ import annotations
 
 import csv
+import io
 import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from datetime import date, datetime, time
+from typing import TYPE_CHECKING
+from zipfile import ZipFile
 
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.diagnostics import Diagnostic, PostprocError, Source, Span
+from postproc.diagnostics import Diagnostic, PostprocError, Severity, Source, Span
 from postproc.files import is_program
 from postproc.measure.read.layout import ColumnMap
-from postproc.measure.read.spreadsheet import MARK, sheet_text
-from postproc.measure.read.values.numbers import EMPTY_CELLS, as_number, find_decimal, holds_numbers
-from postproc.measure.read.values.units import is_unit, stated_unit
+from postproc.measure.read.values import EMPTY_CELLS, as_number, find_decimal, holds_numbers, is_unit, stated_unit
 from postproc.numbers import read_number
+
+if TYPE_CHECKING:
+    from openpyxl import Workbook
 
 LARGEST_NUMBER = 1e100  # larger numbers count as not measured: their squares could not be formed
 NINES = re.compile(r"[-+]?9{3,}(?:[.,][90]*)?")
 """What many instruments write where they saw nothing."""
-NUMBER_AND_MORE = re.compile(r"[-+]?\d++(?:[.,]\d*+)?\s*+[^\d\s.,;:/-]")
+NUMBER_WITH_UNIT = re.compile(r"[-+]?\d++(?:[.,]\d*+)?\s*+[^\d\s.,;:/-]")
 SAMPLE = 20
 MOST_ROWS = 300_000
 """Of a table: `predict` takes 40 s and 0.6 GB for them."""
 BLANK_CHARACTERS = " \t,;"
 """What a spreadsheet writes for a line in which nothing stands."""
+MARK = b"PK"
+"""The first bytes of a zip archive, which a workbook is."""
+MOST_CELLS, MOST_BYTES = 2_000_000, 256_000_000
+"""Of a workbook, with its empty cells, and unpacked: counted before anything is kept."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +62,10 @@ class Cells:
     def span(self, row: int) -> Span:
         """Return the byte offsets (start, end) of a row, by its index from 0, in the file."""
         return self.source.line_span(self.lines[row])
+
+    def finding(self, code: str, severity: Severity, message: str, help_: str = "", row: int | None = 0) -> Diagnostic:
+        """Return a finding at a row, by its index from 0; about the file as a whole for None."""
+        return Diagnostic(code, severity, message, self.source, None if row is None else self.span(row), help_)
 
     def at(self, name: str | int) -> int:
         """Return the index of a column by its name, or by its number from 1; -1 where there is none."""
@@ -93,7 +106,7 @@ class Cells:
         huge = np.abs(values) > LARGEST_NUMBER
         values[huge] = np.nan
         self._report(np.flatnonzero(huge).tolist(), name, diagnostics, "DAT005", "is no measured number", help_)
-        if any(NUMBER_AND_MORE.match(cells[i]) for i in wrong):
+        if any(NUMBER_WITH_UNIT.match(cells[i]) for i in wrong):
             help_ = "write the number alone, and its unit behind the column's name: `X [mm]`"
         self._report(wrong, name, diagnostics, "DAT003", "is not a number", help_)
         if 2 * len(wrong) > np.isfinite(values).sum() + len(wrong) and diagnostics:
@@ -105,8 +118,8 @@ class Cells:
             away = np.abs(values - (others.max() + others.min()) / 2) > 1.5 * np.ptp(others)
             values[nines & away] = np.nan
             what = "is far from all other values there, as instruments write what they did not see"
-            found = np.flatnonzero(nines & away).tolist()
-            self._report(found, name, diagnostics, "DAT005", what, "leave such cells empty")
+            rows = np.flatnonzero(nines & away).tolist()
+            self._report(rows, name, diagnostics, "DAT005", what, "leave such cells empty")
         return values
 
     def _report(
@@ -119,10 +132,10 @@ class Cells:
         """
         if rows:
             at = self.at(name)
-            more = f" (and {len(rows) - 1} more)" if rows[1:] else ""
-            message = f"`{self.rows[rows[0]][at]}`{more} in column `{self.header[at]}` {what}"
+            others = f" (and {len(rows) - 1} more)" if rows[1:] else ""
+            message = f"`{self.rows[rows[0]][at]}`{others} in column `{self.header[at]}` {what}"
             help_ = f"{help_}; it counts as not measured"
-            diagnostics.append(Diagnostic(code, "warning", message, self.source, self.span(rows[0]), help_))
+            diagnostics.append(self.finding(code, "warning", message, help_, rows[0]))
 
 
 def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic], every: bool = False) -> Cells:
@@ -181,13 +194,13 @@ def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic],
         lines.append(number)
     if all(not any(row) for row in rows):
         size = Counter(len(cells) for _, cells in body).most_common(1)
-        found = f"rows have {size[0][0]}" if size else "there is no other row"
+        others = f"rows have {size[0][0]}" if size else "there is no other row"
         help_ = "check the separator and the decimal sign, and that every column has a name"
         if separator == "," and size and size[0][0] > len(header) > 1:
             help_ = (
                 "is the comma the decimal sign, too? export with semicolons between the cells, or with decimal points"
             )
-        raise _no_table(f"no row has as many cells as the header: it has {len(header)}, {found}", source, help_)
+        raise _no_table(f"no row has as many cells as the header: it has {len(header)}, {others}", source, help_)
     return Cells(source, tuple(header), tuple(units), tuple(rows), tuple(lines), decimal)
 
 
@@ -229,8 +242,8 @@ def _heading(
     header = split[at][1]
     units = [stated_unit(name) for name in header]
     below = split[at + 1][1]
-    told = [cell for cell in below if cell.strip("[]()").lower() not in EMPTY_CELLS]
-    if len(below) != len(header) or 2 * sum(map(is_unit, told)) <= len(told) or holds_numbers(below, decimal):
+    filled = [cell for cell in below if cell.strip("[]()").lower() not in EMPTY_CELLS]
+    if len(below) != len(header) or 2 * sum(map(is_unit, filled)) <= len(filled) or holds_numbers(below, decimal):
         return header, units, split[at + 1 :]
     units = [stated_unit(f"[{cell.strip('[]()')}]") or unit for cell, unit in zip(below, units, strict=True)]
     return header, units, split[at + 2 :]
@@ -267,3 +280,66 @@ def _start(source: Source, line: int) -> Span:
 def _no_table(message: str, source: Source, help_: str = "") -> PostprocError:
     """Return the exception for a file that is no table (DAT001)."""
     return PostprocError.of("DAT001", message, source, help=help_)
+
+
+def sheet_text(source: Source, diagnostics: list[Diagnostic]) -> Source:
+    """Return the fullest sheet of a workbook (.xlsx) as comma-separated text, formulas by their stored results.
+
+    Raises:
+        PostprocError: DAT001 where it is no workbook, or nothing reads it (openpyxl, the extra ``xlsx``).
+    """
+    try:
+        from openpyxl import load_workbook
+    except ImportError:
+        help_ = "install the reader, `pip install 'postproc[xlsx]'`, or save the table as `CSV UTF-8`"
+        raise PostprocError.of(
+            "DAT001", "this file is a spreadsheet, and openpyxl is missing", source, help=help_
+        ) from None
+    help_ = "save the table as `.xlsx`, `CSV UTF-8`, or as plain text"
+    try:
+        unpacked = sum(part.file_size for part in ZipFile(io.BytesIO(source.data)).infolist())
+        if unpacked > MOST_BYTES:
+            text = f"this workbook unpacks to {unpacked / 1e6:.0f} MB, and at most {MOST_BYTES / 1e6:g} are read"
+            raise PostprocError.of("DAT001", text, source, help="save the table alone, as `CSV UTF-8`")
+        book = load_workbook(io.BytesIO(source.data), read_only=True, data_only=True)
+        sheets = _sheets(book, source)
+    except PostprocError:
+        raise
+    except Exception as error:  # a damaged workbook goes wrong anywhere in its reader
+        text = f"this file is an archive, and no whole workbook ({type(error).__name__})"
+        raise PostprocError.of("DAT001", text, source, help=help_) from error
+    filled = {name: sum(bool(cell) for row in rows for cell in row) for name, rows in sheets.items()}
+    name = max(filled, key=lambda one: filled[one], default="")
+    if not name or not filled[name]:
+        raise PostprocError.of("DAT001", "no sheet of this workbook holds anything", source, help="name another file")
+    if sum(count > 0 for count in filled.values()) > 1:
+        message = f"sheet `{name}` is read, the fullest of {len(filled)}"
+        diagnostics.append(Diagnostic("DAT015", "info", message, source, help="save another one as a file of its own"))
+    out = io.StringIO()
+    csv.writer(out, lineterminator="\n").writerows(sheets[name])
+    return replace(source, data=out.getvalue().encode())
+
+
+def _sheets(book: Workbook, source: Source) -> dict[str, list[list[str]]]:
+    """Return the rows of cells of every sheet as text, by its name; DAT001 where there are more than `MOST_CELLS`."""
+    sheets: dict[str, list[list[str]]] = {}
+    count = 0
+    for sheet in book.worksheets:
+        sheet.reset_dimensions()  # what a file says of its size may be wrong
+        rows = sheets.setdefault(sheet.title, [])
+        for row in sheet.values:
+            count += max(1, len(row))
+            if count > MOST_CELLS:
+                text = f"this workbook has more than {MOST_CELLS:,} cells, empty ones between others included"
+                raise PostprocError.of("DAT001", text, source, help="save the table alone, as `CSV UTF-8`")
+            rows.append([_text(cell) for cell in row])
+    return sheets
+
+
+def _text(cell: object) -> str:
+    """Return a cell's value as text, dates in ISO 8601, line feeds as blanks."""
+    if cell is None:
+        return ""
+    if isinstance(cell, datetime | date | time):
+        return cell.isoformat(sep=" ") if isinstance(cell, datetime) else cell.isoformat()
+    return repr(cell) if isinstance(cell, float) else str(cell).replace("\n", " ")

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 from postproc.channels.state import COLUMNS
 from postproc.measure.read.layout import MappedColumn
-from postproc.measure.read.values.units import fitting
+from postproc.measure.read.values import fitting
 
 _UNIT_OF_SUFFIX = ("deg_s2", "deg_s", "deg", "mm", "kg", "Nm", "N", "C", "s")
 
@@ -27,27 +27,9 @@ ACCELERATION_COLUMNS = COLUMNS["a"]
 EXTERNAL_AXES = COLUMNS["external_axes"]
 TEXT_COLUMNS = ("pose_id", "session", "target")
 STANDARD = (
-    *(
-        *TEXT_COLUMNS,
-        *JOINT_COLUMNS,
-        *POSITION,
-        *ORIENTATION,
-        *MEASURED_JOINTS,
-        *COMMAND_POSITION,
-        *COMMAND_ORIENTATION,
-    ),
-    *(
-        *CONFIGURATION_COLUMNS,
-        *PAYLOAD_COLUMNS,
-        *WRENCH,
-        *APPROACH,
-        *SPEED_COLUMNS,
-        *ACCELERATION_COLUMNS,
-        "temperature_C",
-        "time_s",
-        "sigma_mm",
-    ),
-    *EXTERNAL_AXES,
+    *(*TEXT_COLUMNS, *JOINT_COLUMNS, *POSITION, *ORIENTATION, *MEASURED_JOINTS, *COMMAND_POSITION),
+    *(*COMMAND_ORIENTATION, *CONFIGURATION_COLUMNS, *PAYLOAD_COLUMNS, *WRENCH, *APPROACH, *SPEED_COLUMNS),
+    *(*ACCELERATION_COLUMNS, "temperature_C", "time_s", "sigma_mm", *EXTERNAL_AXES),
 )
 
 
@@ -91,9 +73,9 @@ _COLUMN_WORDS = {"temperature": "temperature_C", "temp": "temperature_C", "time"
 
 def nearest(name: str) -> str | None:
     """Return the standard column that a name may be a misspelling of, with the same digits; None for none."""
-    for found in difflib.get_close_matches(name, STANDARD, 3, 0.85):
-        if re.sub(r"\D", "", found) == re.sub(r"\D", "", name) and found != name:
-            return found
+    for match in difflib.get_close_matches(name, STANDARD, 3, 0.85):
+        if re.sub(r"\D", "", match) == re.sub(r"\D", "", name) and match != name:
+            return match
     return None
 
 
@@ -128,18 +110,18 @@ def likely_map(header: Sequence[str], units: Sequence[str], needed: Sequence[str
     Args:
         needed: columns of which at least one must be among them.
     """
-    found: dict[str, str] = {}
+    entries: dict[str, str] = {}
     for name, theirs, unit in zip(_meanings(header, units), header, units, strict=True):
         unit = unit or ("rad" if name in JOINT_COLUMNS and _RADIANS.fullmatch(theirs.lower()) else "")
         other = unit != unit_of(name) and fitting(unit, unit_of(name))
-        found.setdefault(
+        entries.setdefault(
             name, f'{name} = {{ name = "{theirs}", unit = "{unit}" }}' if other else f'{name} = "{theirs}"'
         )
-    wanted = [name for name in STANDARD if name in found and name not in header]
+    wanted = [name for name in STANDARD if name in entries and name not in header]
     if len(wanted) < 3 or not set(wanted) & set(needed):
         return ""
     guess = "# units that the names do not state are guesses: deg, mm"
-    return "\n".join(["[columns]", guess, *(found[name] for name in wanted)])
+    return "\n".join(["[columns]", guess, *(entries[name] for name in wanted)])
 
 
 def _meanings(header: Sequence[str], units: Sequence[str]) -> list[str]:
@@ -149,17 +131,17 @@ def _meanings(header: Sequence[str], units: Sequence[str]) -> list[str]:
     """
     lower = {theirs.lower() for theirs in header}
     counted = [_counted(theirs) for theirs in header] if lower & ZEROTH else header
-    found = [_meant(theirs, unit) for theirs, unit in zip(counted, units, strict=True)]
-    if set(JOINT_COLUMNS) <= set(found):
-        return found
-    pairs = zip(found, header, strict=True)
+    meanings = [_meant(theirs, unit) for theirs, unit in zip(counted, units, strict=True)]
+    if set(JOINT_COLUMNS) <= set(meanings):
+        return meanings
+    pairs = zip(meanings, header, strict=True)
     return ["" if name in JOINT_COLUMNS and theirs.lower().startswith("q") else name for name, theirs in pairs]
 
 
 def _counted(header: str) -> str:
     """Return the header of a joint that counts from 0 as one from 1: ``actual_q_0`` as ``q1``; others as they are."""
-    found = re.fullmatch(r"(?:actual|target)_q_?([0-5])", header.strip().lower())
-    return f"q{int(found[1]) + 1}" if found else header
+    match = re.fullmatch(r"(?:actual|target)_q_?([0-5])", header.strip().lower())
+    return f"q{int(match[1]) + 1}" if match else header
 
 
 def _meant(header: str, unit: str) -> str:

@@ -61,8 +61,7 @@ def commanded_joints(
     for failure in failures:
         message = f"row {failure.index + 1}: {failure.message}"
         help_ = failure.help or "check the units, the tool (commanded poses are of tool0) and cf1, cf4, cf6, cfx"
-        span = cells.span(failure.index)
-        diagnostics.append(Diagnostic("DAT012", "warning", message, cells.source, span, help_))
+        diagnostics.append(cells.finding("DAT012", "warning", message, help_, failure.index))
     return solution.q
 
 
@@ -119,8 +118,7 @@ def program_targets(table: Table, program: Source | Sequence[Source], robot: Rob
         for failure in solution.failures:
             row = free[failure.index]
             message = f"row {row + 1}, `{target[row]}`: {failure.message}"
-            found = Diagnostic("DAT012", "warning", message, cells.source, cells.span(row), failure.help)
-            diagnostics.append(found)
+            diagnostics.append(cells.finding("DAT012", "warning", message, failure.help, row))
     return Commanded(q, T_flange_tcp, extax)
 
 

@@ -9,13 +9,13 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.channels.state import State
-from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.diagnostics import PostprocError
 from postproc.measure.checks.readings import CLEARER, PlacedArm, align_arm, fits
 from postproc.measure.measurements import FEWEST_ROWS_JUDGED
 from postproc.measure.read.columns import EXTERNAL_AXES
 from postproc.measure.read.lookup import Table
-from postproc.measure.read.values.units import UNITS, fitting
-from postproc.model.reference import in_world, with_axes
+from postproc.measure.read.values import UNITS, fitting
+from postproc.model.arm import in_world, with_axes
 from postproc.rapid.data.records import NO_AXIS
 from postproc.robot.arm import Robot
 from postproc.robot.cells.cell import LETTERS, Joint
@@ -37,21 +37,21 @@ def with_external_axes(state: State, table: Table, station: Station | None, exta
     """
     joints = {} if station is None else station.joints
     stated = {name: _stated(table, name, joints.get(name[-1])) for name in EXTERNAL_AXES if name in table.place}
-    told = {} if extax is None else {f"eax_{axis}": extax[:, LETTERS.index(axis)] for axis in joints}
-    stated = told | stated
+    programmed = {} if extax is None else {f"eax_{axis}": extax[:, LETTERS.index(axis)] for axis in joints}
+    stated = programmed | stated
     stated = {name: values for name, values in stated.items() if np.isfinite(values).any()}
     if stated or joints:
         _check(table, stated, station)
-    whole = {name: np.nan_to_num(values) for name, values in stated.items()}
-    state = state.with_(channels={**state.channels, **whole})
+    positions = {name: np.nan_to_num(values) for name, values in stated.items()}
+    state = state.with_(channels={**state.channels, **positions})
     if station is None or not joints:
         return state
     stood = np.full((len(state), 6), np.inf)
     for axis in joints:
-        stood[:, LETTERS.index(axis)] = whole.get(f"eax_{axis}", 0.0)
+        stood[:, LETTERS.index(axis)] = positions.get(f"eax_{axis}", 0.0)
     placed = with_axes(station, state.with_(station=station), station.positions(stood))
     if placed.T_reference_base is not None and not np.isfinite(placed.T_reference_base).all():
-        why = "; ".join(found.message for found in station.findings) or "a unit of the cell cannot be read"
+        why = "; ".join(finding.message for finding in station.findings) or "a unit of the cell cannot be read"
         raise _wrong(table, f"nobody can tell where the arm stands: {why}", DESCRIBE)
     return placed
 
@@ -129,9 +129,4 @@ def check_work(state: State, table: Table, robot: Robot, position: Array) -> Non
 
 def _wrong(table: Table, message: str, help_: str) -> PostprocError:
     """Return the exception for DAT038 with this message and help, and with all findings about the table so far."""
-    return PostprocError([*table.diagnostics, _finding(table, message, help_)])
-
-
-def _finding(table: Table, message: str, help_: str) -> Diagnostic:
-    """Return the finding DAT038 with this message and help, an error at the first row."""
-    return Diagnostic("DAT038", "error", message, table.cells.source, table.cells.span(0), help_)
+    return PostprocError([*table.diagnostics, table.cells.finding("DAT038", "error", message, help_)])

@@ -9,7 +9,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from postproc.diagnostics import Source
-from postproc.measure.read.values.units import UNITS
+from postproc.measure.read.values import UNITS
 from postproc.tomlfile import FileTable, check, parse_toml
 
 QUATERNIONS = {"wxyz": [1, 2, 3, 0], "xyzw": [0, 1, 2, 3]}

@@ -14,10 +14,8 @@ from postproc.measure.read import columns as names
 from postproc.measure.read.cells import Cells
 from postproc.measure.read.columns import unit_of
 from postproc.measure.read.layout import QUATERNIONS, ColumnMap, MappedColumn, MappedRotation
-from postproc.measure.read.values.numbers import EMPTY_CELLS
-from postproc.measure.read.values.times import seconds
-from postproc.measure.read.values.turns import Turns
-from postproc.measure.read.values.units import UNITS, fitting
+from postproc.measure.read.turns import Turns
+from postproc.measure.read.values import EMPTY_CELLS, UNITS, fitting, seconds
 
 UNIT_LENGTH = 1e-2
 """By so much the length of a quaternion may differ from 1."""
@@ -49,12 +47,12 @@ class Table:
             for name in names.STANDARD
             if name.lower() in lower and name not in layout.columns
         }
-        asked = {name: self._in_its_unit(name, m) for name, m in layout.columns.items()}
-        mapped = {header[self.cells.at(m.name)] for m in asked.values()}
-        mapped |= {header[self.cells.at(m.minus)] for m in asked.values() if m.minus is not None}
+        stated = {name: self._in_its_unit(name, m) for name, m in layout.columns.items()}
+        mapped = {header[self.cells.at(m.name)] for m in stated.values()}
+        mapped |= {header[self.cells.at(m.minus)] for m in stated.values() if m.minus is not None}
         mapped |= layout.orientation_columns
-        found = names.recognised(header, units)
-        taken = {k: m for k, m in found.items() if m.name not in mapped and k not in layout.columns}
+        known = names.recognised(header, units)
+        taken = {k: m for k, m in known.items() if m.name not in mapped and k not in layout.columns}
         if not {"time_s"} & (place.keys() | taken.keys() | layout.columns.keys()):
             stamped = [
                 theirs for theirs in header if theirs.lower().replace(" ", "_") in STAMPS and theirs not in mapped
@@ -71,7 +69,7 @@ class Table:
             if near is not None:
                 message = f"the column map has `{name}`, which is no standard column and is kept as a channel"
                 self.say("DAT015", "warning", message, f"did you mean `{near}`?")
-        place |= taken | asked
+        place |= taken | stated
         for name, mapped_column in place.items():
             self._once(name, mapped_column.name)
         return place
@@ -111,8 +109,7 @@ class Table:
 
     def say(self, code: str, severity: Severity, message: str, help_: str, row: int | None = None) -> None:
         """Add a finding about the table to ``diagnostics``, at a row (index from 0) where one is given."""
-        span = None if row is None else self.cells.span(row)
-        self.diagnostics.append(Diagnostic(code, severity, message, self.cells.source, span, help_))
+        self.diagnostics.append(self.cells.finding(code, severity, message, help_, row))
 
     def text(self, name: str) -> list[str]:
         """Return one column as it is written; an empty list where the table lacks it."""
@@ -198,8 +195,8 @@ class Table:
         numbers = np.stack([self.cells.numbers(name, self.diagnostics) for name in mapped.columns], axis=1)
         stated = {self.cells.units[self.cells.at(name)] for name in mapped.columns} & {"deg", "rad", "mrad"}
         unit = mapped.unit or (stated.pop() if len(stated) == 1 else UNIT_OF_FORM.get(mapped.form, "deg"))
-        found = Turns(numbers * UNITS[unit], mapped.form, unit, mapped.columns)
-        return self._of_length_one(found) if mapped.form in QUATERNIONS else found
+        turns = Turns(numbers * UNITS[unit], mapped.form, unit, mapped.columns)
+        return self._of_length_one(turns) if mapped.form in QUATERNIONS else turns
 
     def _of_length_one(self, turns: Turns) -> Turns:
         """Return quaternions, NaN where their length is not 1 to a hundredth; the first five are reported (DAT008)."""
@@ -212,13 +209,13 @@ class Table:
 
     def _stamps(self, name: str | int) -> Array | None:
         """Return (n,) seconds since the earliest of a column of time stamps; None where it holds anything else."""
-        told = ["" if cell.lower() in EMPTY_CELLS else cell for cell in self.cells.text(name)]
-        return seconds(told) if self.has_words(name) else None
+        cells = ["" if cell.lower() in EMPTY_CELLS else cell for cell in self.cells.text(name)]
+        return seconds(cells) if self.has_words(name) else None
 
     def has_words(self, name: str | int) -> bool:
         """Return whether a column holds cells that are neither numbers nor empty."""
-        told = zip(self.cells.text(name), self.cells.numbers(name, []), strict=True)
-        return any(cell.lower() not in EMPTY_CELLS for cell, value in told if not np.isfinite(value))
+        pairs = zip(self.cells.text(name), self.cells.numbers(name, []), strict=True)
+        return any(cell.lower() not in EMPTY_CELLS for cell, value in pairs if not np.isfinite(value))
 
 
 def missing_help(cells: Cells, wanted: Sequence[str] = names.STANDARD, otherwise: str = "") -> str:
@@ -231,7 +228,7 @@ def missing_help(cells: Cells, wanted: Sequence[str] = names.STANDARD, otherwise
     shown = ", ".join(cells.header[:8]) + (", ..." if len(cells.header) > 8 else "")
     likely = names.likely_map(cells.header, cells.units, wanted)
     if likely:
-        asked = "if these are meant, give a column map (`--columns FILE.toml`) with the lines:"
-        return f"the table has the columns {shown}; {asked}\n{likely}"
+        proposal = "if these are meant, give a column map (`--columns FILE.toml`) with the lines:"
+        return f"the table has the columns {shown}; {proposal}\n{likely}"
     help_ = otherwise or "name others with a column map (`postproc explain DAT002`)"
     return f"the table has the columns {shown}; {help_}"

@@ -1,4 +1,4 @@
-"""Reading a measurement table into one value."""
+"""Reading a measurement table into one value, with the joint angles of a second file if they stand there."""
 
 from __future__ import annotations
 
@@ -14,14 +14,15 @@ from postproc.measure.checks.likely_wrong import check_measurements
 from postproc.measure.consensus import LEAST_M, TIMES, Agreement, agreement
 from postproc.measure.measurements import Measurements
 from postproc.measure.read import columns as names
-from postproc.measure.read.cells import read_cells
+from postproc.measure.read.cells import Cells, read_cells
+from postproc.measure.read.channels import channels_of, row_order
+from postproc.measure.read.columns import LABELS
 from postproc.measure.read.commanded import Commanded, commanded_joints, program_targets
 from postproc.measure.read.external_axes import check_work, with_external_axes
-from postproc.measure.read.join import join
-from postproc.measure.read.layout import ColumnMap, read_column_map
+from postproc.measure.read.layout import read_column_map
 from postproc.measure.read.lookup import Table, missing_help
-from postproc.measure.read.own import own_channels, row_order
 from postproc.measure.read.terms import AS_IT_IS, Reading, accepted
+from postproc.measure.read.values import as_number, is_number
 from postproc.measure.trajectory import with_motion
 from postproc.robot.arm import Robot
 from postproc.robot.cells.station import Station
@@ -55,16 +56,18 @@ def read_measurements(
         PostprocError: DAT001 to DAT009, where the table cannot be what it says.
     """
     layout = read_column_map(column_map)
-    table = _opened(source, layout, terms, every=not measured)
-    n = len(table.cells.rows)
+    diagnostics: list[Diagnostic] = []
+    cells = read_cells(source, layout, diagnostics, every=not measured)
+    if terms.joints is not None:
+        cells = join(cells, read_cells(terms.joints, layout, diagnostics), diagnostics)
+    table = Table(cells, layout, diagnostics)
+    n = len(cells.rows)
     turns = table.turns(names.ORIENTATION, layout.orientation)
     measured_joints = table.vector(names.MEASURED_JOINTS, partial=True, absent=np.nan)
     position = _positions(table)
-    if position is None:
-        position = np.full((n, 3), np.nan)
-        if measured and turns is None and measured_joints is None:
-            message = "nothing was measured: there is no column `x_mm`, `y_mm`, `z_mm`, nor `qw`, nor `mq1_deg`"
-            raise PostprocError.of("DAT002", message, source, help=missing_help(table.cells))
+    if measured and turns is None and measured_joints is None and not set(names.POSITION) & table.place.keys():
+        message = "nothing was measured: there is no column `x_mm`, `y_mm`, `z_mm`, nor `qw`, nor `mq1_deg`"
+        raise PostprocError.of("DAT002", message, source, help=missing_help(cells))
     commanded = _commanded(table, robot, program, terms.station or Station())
     tool_known = commanded.T_flange_tcp is not None
     state = with_external_axes(_state(table, commanded), table, terms.station, commanded.extax)
@@ -76,7 +79,7 @@ def read_measurements(
         sigma=_deviations(table),
         pose_id=tuple(table.text("pose_id") or _labels(state.q)),
         row=tuple(range(1, n + 1)),
-        line=table.cells.lines,
+        line=cells.lines,
         tool_known=tool_known,
         counted="time_s" not in table.place and terms.rows_in_order and "row" not in table.place,
         accepted=terms.accept,
@@ -85,12 +88,12 @@ def read_measurements(
     unit = table.place["x_mm"].unit if "x_mm" in table.place else "mm"
     data, agreed = _without_lost(data, agreement(data, robot), table, robot)
     check_work(data.state, table, robot, data.position)
-    found = check_measurements(data, robot, table.cells, turns, agreed, measured=measured, unit=unit)
-    diagnostics = accepted([*table.diagnostics, *found], terms.accept)
-    if has_errors(diagnostics):
-        raise PostprocError(diagnostics)
+    findings = check_measurements(data, robot, cells, turns, agreed, measured=measured, unit=unit)
+    findings = accepted([*diagnostics, *findings], terms.accept)
+    if has_errors(findings):
+        raise PostprocError(findings)
     wrong = agreed.rows[agreed.wrong] if agreed.near and "DAT007" not in terms.accept else ()
-    return replace(data, wrong=frozenset((0, data.row[i]) for i in wrong), diagnostics=tuple(diagnostics))
+    return replace(data, wrong=frozenset((0, data.row[i]) for i in wrong), diagnostics=tuple(findings))
 
 
 def _without_lost(data: Measurements, agreed: Agreement, table: Table, robot: Robot) -> tuple[Measurements, Agreement]:
@@ -115,20 +118,6 @@ def _without_lost(data: Measurements, agreed: Agreement, table: Table, robot: Ro
     table.say("DAT005", "warning", message, help_, int(np.flatnonzero(lost)[0]))
     data = replace(data, position=np.where(lost[:, None], np.nan, data.position))
     return data, agreement(data, robot)
-
-
-def _opened(source: Source, layout: ColumnMap, terms: Reading, every: bool) -> Table:
-    """Return the table of a file, joined with that of the joint angles where these stand in a file of their own.
-
-    Args:
-        layout: how the file writes its columns; terms: what the user says of the table.
-        every: whether rows with too few or too many cells stay.
-    """
-    diagnostics: list[Diagnostic] = []
-    cells = read_cells(source, layout, diagnostics, every=every)
-    if terms.joints is not None:
-        cells = join(cells, read_cells(terms.joints, layout, diagnostics), diagnostics)
-    return Table(cells, layout, diagnostics)
 
 
 def _followed(state: State, table: Table, terms: Reading) -> State:
@@ -157,7 +146,7 @@ def _state(table: Table, commanded: Commanded) -> State:
         time=table.column("time_s", fill="between"),
         session=np.array([session_names.index(s) for s in sessions]) if sessions else None,
         session_names=session_names,
-        channels=own_channels(table),
+        channels=channels_of(table),
     )
     if state.payload_mass is not None and state.payload_center is None and state.payload_mass.any():
         message = "there is `payload_kg` and no `payload_x_mm`, `payload_y_mm`, `payload_z_mm`"
@@ -175,12 +164,10 @@ def _labels(q: Array) -> list[str]:
     return [first.setdefault(row.tobytes(), str(i + 1)) for i, row in enumerate(np.round(q, 9))]
 
 
-def _positions(table: Table) -> Array | None:
-    """Return (n, 3) measured positions [m], NaN along axes that have no column; None where there is no column."""
+def _positions(table: Table) -> Array:
+    """Return (n, 3) measured positions [m], NaN along axes that have no column."""
     present = [name for name in names.POSITION if name in table.place]
-    if not present:
-        return None
-    if len(present) < len(names.POSITION):
+    if 0 < len(present) < len(names.POSITION):
         missing = " and ".join(f"`{name}`" for name in names.POSITION if name not in present)
         message = (
             f"there is no column {missing}: the places are known along {' and '.join(n[0] for n in present)} alone"
@@ -246,3 +233,67 @@ def _commanded(table: Table, robot: Robot, program: Source | Sequence[Source] | 
         raise PostprocError.of("DAT002", message, cells.source, help=missing_help(cells, names.JOINT_COLUMNS, ANGLES))
     configuration = table.vector(names.CONFIGURATION_COLUMNS, fill=0.0)
     return Commanded(commanded_joints(robot, position, turns.matrix, configuration, cells, table.diagnostics))
+
+
+def join(seen: Cells, angles: Cells, diagnostics: list[Diagnostic]) -> Cells:
+    """Return the rows of ``seen`` with the columns of ``angles`` added; how they were joined is reported (DAT033).
+
+    They are joined by a column of names (`pose_id`, `Point`, ..) that both have, where most names of the first stand in
+    the second, once each; else row by row. A column that both have is taken from the first.
+
+    Args:
+        seen: what the instrument measured; beside: the commanded joint angles; diagnostics: gets the findings.
+
+    Raises:
+        PostprocError: DAT033 where neither names nor the number of rows agree.
+    """
+    places, how = _by_name(seen, angles)
+    if places is None:
+        if len(seen.rows) != len(angles.rows):
+            message = f"`{angles.source.path}` has {len(angles.rows)} rows, `{seen.source.path}` has {len(seen.rows)}"
+            message += ", and no column of names joins them"
+            help_ = "name the rows of both in a column `pose_id`, or leave the same number of rows in both"
+            raise PostprocError.of("DAT033", message, seen.source, help=help_)
+        places, how = list(range(len(seen.rows))), "row by row"
+    new = [k for k, name in enumerate(angles.header) if name not in seen.header]
+    empty = tuple("" for _ in new)
+    rows = []
+    for row, at in zip(seen.rows, places, strict=True):
+        other = empty if at is None else tuple(_as_in(angles.rows[at][k], angles.decimal, seen.decimal) for k in new)
+        rows.append((*row, *other))
+    message = f"`{angles.source.path}` is read beside `{seen.source.path}`, joined {how}"
+    diagnostics.append(seen.finding("DAT033", "info", message, row=None))
+    if missing := [i for i, at in enumerate(places) if at is None]:
+        message = f"`{angles.source.path}` has no row for {len(missing)} of {len(places)} rows"
+        help_ = "check the names of these rows; they are not used"
+        diagnostics.append(seen.finding("DAT033", "warning", message, help_, missing[0]))
+    header = (*seen.header, *(angles.header[k] for k in new))
+    return replace(seen, header=header, units=(*seen.units, *(angles.units[k] for k in new)), rows=tuple(rows))
+
+
+def _by_name(seen: Cells, angles: Cells) -> tuple[list[int | None] | None, str]:
+    """Return the row of ``angles`` for each row of ``seen``, None where it has none, and words for how it was found.
+
+    The list is None, with an empty text, where no two columns of names match.
+    """
+    names = [[name for name in cells.header if name.lower().replace("_", " ") in LABELS] for cells in (seen, angles)]
+    for first in names[0]:
+        for theirs in names[1]:
+            known = {name: i for i, name in enumerate(angles.text(theirs))}
+            places = [known.get(name) for name in seen.text(first)]
+            unique = len(known) == len(angles.rows)
+            if unique and 2 * sum(at is not None for at in places) > len(places):
+                both = f"`{first}`" if first == theirs else f"`{first}` and `{theirs}`"
+                return places, f"by the names in {both}"
+    return None, ""
+
+
+def _as_in(cell: str, decimal: str, wanted: str) -> str:
+    """Return a cell with the decimal sign of another table.
+
+    Args:
+        decimal: its own sign; wanted: the other's.
+    """
+    if decimal == wanted or not is_number(cell, decimal):
+        return cell
+    return as_number(cell, decimal).replace(".", wanted)

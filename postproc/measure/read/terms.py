@@ -32,14 +32,14 @@ class Reading:
 AS_IT_IS = Reading()
 
 
-def accepted(found: Iterable[Diagnostic], accept: Set[str]) -> list[Diagnostic]:
+def accepted(findings: Iterable[Diagnostic], accept: Set[str]) -> list[Diagnostic]:
     """Return the findings, accepted errors as warnings; the help of others that may be accepted says how.
 
     Args:
         accept: codes of the accepted findings.
     """
     result = []
-    for one in found:
+    for one in findings:
         if one.severity == "error" and one.code in accept:
             one = replace(one, severity="warning", help=f"accepted; {one.help}" if one.help else "accepted")
         elif one.severity == "error" and one.code in ACCEPTABLE:

@@ -14,12 +14,12 @@ from postproc.channels.state import State
 from postproc.diagnostics import Diagnostic, PostprocError, Severity, Source, has_errors
 from postproc.measure.alignment import align
 from postproc.measure.checks.readings import CLEARER, SUSPICIOUS_M, PlacedArm, align_arm
-from postproc.measure.clock import going_on
 from postproc.measure.measurements import FEWEST_ROWS_JUDGED, Measurements
 from postproc.measure.read.cells import read_cells
 from postproc.measure.read.layout import read_column_map
 from postproc.measure.read.table import read_measurements
 from postproc.measure.read.terms import AS_IT_IS, Reading, accepted
+from postproc.measure.trajectory import going_on
 from postproc.robot.arm import Robot
 
 ZERO_WHERE_MISSING = ("v", "a", "approach", "payload_mass", "payload_center", "wrench")
@@ -52,7 +52,7 @@ def read_tables(
     maps = [column_map if column_map is not None and _concerns(column_map, source) else None for source in sources]
     pairs = zip(sources, maps, strict=True)
     return together(
-        [read_measurements(source, robot, program, own, measured, terms=terms) for source, own in pairs], robot
+        [read_measurements(source, robot, program, part, measured, terms=terms) for source, part in pairs], robot
     )
 
 
@@ -70,7 +70,7 @@ def together(tables: Sequence[Measurements], robot: Robot) -> Measurements:
         PostprocError: DAT031 where one stands there twice, where tools differ or are known in some of them only, where
             sessions of one name saw the arm from two places.
     """
-    found: list[Diagnostic] = []
+    findings: list[Diagnostic] = []
     sources = [source for table in tables for source in table.sources]
     for a, b in combinations(sources, 2):
         if a.data == b.data:
@@ -81,13 +81,13 @@ def together(tables: Sequence[Measurements], robot: Robot) -> Measurements:
         message = "a program tells the tool of some of the tables, and of others nobody"
         raise PostprocError(_finding("error", message, "give joint angles in all of them, or targets in all"))
     names = [table.state.session_names or (name,) for table, name in zip(tables, _names(sources), strict=True)]
-    for (one, here), (other, there) in combinations(zip(tables, names, strict=True), 2):
-        setup = _check_setup(one, other, robot, shared=sorted(set(here) & set(there)))
-        found += accepted([] if setup is None else [setup], tables[0].accepted)
-    if has_errors(found):
-        raise PostprocError(found)
+    for (one, names_a), (other, names_b) in combinations(zip(tables, names, strict=True), 2):
+        setup = _check_setup(one, other, robot, shared=sorted(set(names_a) & set(names_b)))
+        findings += accepted([] if setup is None else [setup], tables[0].accepted)
+    if has_errors(findings):
+        raise PostprocError(findings)
     data = Measurements(
-        state=_state(tables, names, found),
+        state=_state(tables, names, findings),
         position=np.vstack([table.position for table in tables]),
         rotation=_stacked([table.rotation for table in tables], tables, np.nan),
         joint=_stacked([table.joint for table in tables], tables, np.nan),
@@ -102,7 +102,7 @@ def together(tables: Sequence[Measurements], robot: Robot) -> Measurements:
         sources=tuple(sources),
         file=tuple(k for k, table in enumerate(tables) for _ in range(len(table))),
     )
-    return replace(data, diagnostics=(*(d for table in tables for d in table.diagnostics), *found))
+    return replace(data, diagnostics=(*(d for table in tables for d in table.diagnostics), *findings))
 
 
 def _concerns(column_map: Source, source: Source) -> bool:
@@ -131,7 +131,7 @@ def _stacked(parts: Sequence[Array | None], tables: Sequence[Measurements], fill
     return np.concatenate([np.full((len(t), *known.shape[1:]), fill) if p is None else p for p, t in pairs])
 
 
-def _state(tables: Sequence[Measurements], names: Sequence[tuple[str, ...]], found: list[Diagnostic]) -> State:
+def _state(tables: Sequence[Measurements], names: Sequence[tuple[str, ...]], findings: list[Diagnostic]) -> State:
     """Return the states of all tables as one.
 
     Args:
@@ -149,14 +149,14 @@ def _state(tables: Sequence[Measurements], names: Sequence[tuple[str, ...]], fou
     for name in dict.fromkeys(name for s in states for name in s.channels):
         parts = [s.channels.get(name) for s in states]
         # The word of a column stands nowhere in a table that has no such word.
-        column = _stacked(parts, tables, 0.0) if "=" in name else _shared(name, parts, tables, found)
+        column = _stacked(parts, tables, 0.0) if "=" in name else _shared(name, parts, tables, findings)
         channels |= {} if column is None else {name: column}
     state = State(
         q=np.vstack([s.q for s in states]),
         session=np.concatenate(session).astype(int),
         session_names=every,
-        temperature=_shared("temperature_C", [s.temperature for s in states], tables, found),
-        time=_shared("time_s", going_on([s.time for s in states]), tables, found),
+        temperature=_shared("temperature_C", [s.temperature for s in states], tables, findings),
+        time=_shared("time_s", going_on([s.time for s in states]), tables, findings),
         channels=channels,
     )
     state = state.with_(
@@ -175,7 +175,7 @@ def _state(tables: Sequence[Measurements], names: Sequence[tuple[str, ...]], fou
 
 
 def _shared(
-    name: str, parts: Sequence[Array | None], tables: Sequence[Measurements], found: list[Diagnostic]
+    name: str, parts: Sequence[Array | None], tables: Sequence[Measurements], findings: list[Diagnostic]
 ) -> Array | None:
     """Return a channel (n,) that every table has recorded; None if not all have, with a warning if some have.
 
@@ -185,7 +185,7 @@ def _shared(
     lacking = [table for part, table in zip(parts, tables, strict=True) if part is None]
     if lacking and len(lacking) < len(tables):
         message = f"`{lacking[0].sources[0].path}` has no `{name}`, which other tables have: it is not used"
-        found.append(_finding("warning", message, "what follows it can be tried on the tables that have it"))
+        findings.append(_finding("warning", message, "what follows it can be tried on the tables that have it"))
     return None if lacking else _stacked(parts, tables, np.nan)
 
 
@@ -198,20 +198,20 @@ def _check_setup(one: Measurements, other: Measurements, robot: Robot, shared: S
     if one.tool_known or min(_located(one).sum(), _located(other).sum()) < FEWEST_ROWS_JUDGED:
         return None
     (q, y), (q_other, y_other) = ((t.state.q[_located(t)], t.position[_located(t)]) for t in (one, other))
-    here, there = (PlacedArm(robot, t.state.T_reference_base).rows(_located(t)) for t in (one, other))
-    first, own = align_arm(here, q, y), align_arm(there, q_other, y_other)
-    T = there.flange(q_other)
+    arm, other_arm = (PlacedArm(robot, t.state.T_reference_base).rows(_located(t)) for t in (one, other))
+    first, second = align_arm(arm, q, y), align_arm(other_arm, q_other, y_other)
+    T = other_arm.flange(q_other)
     T[:, :3, 3] += T[:, :3, :3] @ first.tool
     same = align(T, y_other, tool=False)
     paths = f"`{one.sources[0].path}` and `{other.sources[0].path}`"
-    if same.typical > max(SUSPICIOUS_M, CLEARER * own.typical):
+    if same.typical > max(SUSPICIOUS_M, CLEARER * second.typical):
         message = f"the points of {paths} are not one point of the flange: {1e3 * same.typical:.0f} mm apart"
         return _finding("error", message, "fit a model to each, or state the tools in a program")
     frame = first.T_instrument_base
-    left = float(np.median(np.linalg.norm(y_other - T[:, :3, 3] @ frame[:3, :3].T - frame[:3, 3], axis=1)))
-    if shared and left > max(SUSPICIOUS_M, CLEARER * same.typical):
+    distance = float(np.median(np.linalg.norm(y_other - T[:, :3, 3] @ frame[:3, :3].T - frame[:3, 3], axis=1)))
+    if shared and distance > max(SUSPICIOUS_M, CLEARER * same.typical):
         message = (
-            f"the instrument stood elsewhere in {paths} ({1e3 * left:.0f} mm), and both name session `{shared[0]}`"
+            f"the instrument stood elsewhere in {paths} ({1e3 * distance:.0f} mm), and both name session `{shared[0]}`"
         )
         return _finding("error", message, "give them different names in column `session`")
     return None

@@ -49,7 +49,7 @@ class Loaded:
     """
 
     model: Model
-    rest: Equilibrium
+    balance: Equilibrium
     chain: Chain
     along: Directions
 
@@ -57,19 +57,19 @@ class Loaded:
     def every(self) -> State:
         """The states with the loads on the six joints and on the springs of all seven bodies."""
         return with_loads(
-            self.model, self.rest.state, self.rest.deflection, self.chain, along=self.along, springs=ALL_BODIES
+            self.model, self.balance.state, self.balance.deflection, self.chain, along=self.along, springs=ALL_BODIES
         )
 
     @cached_property
-    def own(self) -> State:
+    def read(self) -> State:
         """The states with the loads that the model's effects read, or would read if their parameters were not null.
 
         Below ``MANY_POSES`` states all loads are computed, since finding out which are read takes as long.
         """
-        rest = self.rest
-        if len(rest.state) < MANY_POSES or not carries_load(self.model):
+        balance = self.balance
+        if len(balance.state) < MANY_POSES or not carries_load(self.model):
             return self.every
-        return rest.state if {*active_bodies(nudged(self.model), rest.state)} <= {*rest.bodies} else self.every
+        return balance.state if {*active_bodies(nudged(self.model), balance.state)} <= {*balance.bodies} else self.every
 
 
 @dataclass(frozen=True)
@@ -98,8 +98,8 @@ class Sensitivity:
 
     def seen_by(self, effect: Effect) -> State:
         """Return the states with the loads that an effect of the model reads; with all loads for any other effect."""
-        mine = any(e is effect for e in self.loaded.model.effects)
-        return self.loaded.own if mine else self.loaded.every
+        known = any(e is effect for e in self.loaded.model.effects)
+        return self.loaded.read if known else self.loaded.every
 
     def by_parameter(self, effect: Effect, free: NDArray[np.bool_]) -> Array:
         """Return the derivative (n, 6, p) of the pose by the free parameters of an effect, at their present values.
@@ -112,14 +112,14 @@ class Sensitivity:
         index, state = np.flatnonzero(free), self.seen_by(effect)
         basis = None if effect.missing(state) else effect.joint_basis(state)
         if basis is not None:
-            found = np.empty((*self.matrix.shape[:2], len(index)))
+            derivative = np.empty((*self.matrix.shape[:2], len(index)))
             for j in np.unique(basis.joint[index]):
-                own = np.flatnonzero(basis.joint[index] == j)
+                columns = np.flatnonzero(basis.joint[index] == j)
                 # Runs of one joint's columns are written as one block.
-                for run in np.split(own, np.flatnonzero(np.diff(own) > 1) + 1):
-                    there = slice(int(run[0]), int(run[-1]) + 1)
-                    found[:, :, there] = self.matrix[:, :, j, None] * basis.values[:, None, index[there]]
-            return found
+                for run in np.split(columns, np.flatnonzero(np.diff(columns) > 1) + 1):
+                    block = slice(int(run[0]), int(run[-1]) + 1)
+                    derivative[:, :, block] = self.matrix[:, :, j, None] * basis.values[:, None, index[block]]
+            return derivative
         result = np.zeros((*self.matrix.shape[:2], len(index)))
         for k, moved in enumerate(self._moved(effect, index, state)):
             result[:, :, k] = self.by_places(moved)
@@ -129,8 +129,8 @@ class Sensitivity:
         """Return the change (n, 6) of the pose by a small displacement [rad or m] in parts as of `placed`."""
         result = np.zeros(self.matrix.shape[:2])
         for at, part in moved.items():
-            there = self.matrix[:, :, at : at + 6]
-            result += there @ part if part.ndim == 1 else np.einsum("nrm,nm->nr", there, part)
+            block = self.matrix[:, :, at : at + 6]
+            result += block @ part if part.ndim == 1 else np.einsum("nrm,nm->nr", block, part)
         return result
 
     def _moved(self, effect: Effect, index: NDArray[np.int_], state: State) -> Iterator[dict[int, Array]]:
@@ -148,16 +148,16 @@ class Sensitivity:
             moved = effect.with_vector(values)
             return displacement_parts(displacement_of(moved, state)), load_parts(load_of(moved, state)) if loads else {}
 
-        here = None
+        answered = None
         if effect.linear and amplitude[index].any():
             # At null nothing moves, which need not be worked out.
-            here = ({}, {}) if effect.is_null else answer(x)
+            answered = ({}, {}) if effect.is_null else answer(x)
         for i in index:
-            exact = here is not None and bool(amplitude[i])
+            exact = answered is not None and bool(amplitude[i])
             step = np.zeros_like(x)
             step[i] = scale[i] if exact else 1e-3 * scale[i]
             high = answer(x + step)
-            low = here if exact and here is not None else answer(x - step)
+            low = answered if exact and answered is not None else answer(x - step)
             change, load = (plus(a, b, -1.0) for a, b in zip(high, low, strict=True))
             if load:
                 change = plus(change, self.by_load(flat(load, len(state), LOAD_PLACES), state))
@@ -175,13 +175,13 @@ class Sensitivity:
         every[:, self.column] = generalised_forces(self.along, load[:, 6:].reshape(n, 8, 6))
         joints, bodies = np.asarray(state.joint_load) + load[:, :6] + every[:, :6], every[:, 6:].reshape(n, 7, 6)
         loaded = state.with_(joint_load=joints, body_load=None if state.body_load is None else state.body_load + bodies)
-        before = self._sprung_by_own if state is self.loaded.own else self._sprung_by_every
+        before = self._sprung_by_read if state is self.loaded.read else self._sprung_by_every
         return plus(self._sprung(loaded), before, -1.0)
 
     @cached_property
-    def _sprung_by_own(self) -> dict[int, Array]:
-        """Displacement of the springs under the loads of ``loaded.own``, in parts as of `placed`."""
-        return self._sprung(self.loaded.own)
+    def _sprung_by_read(self) -> dict[int, Array]:
+        """Displacement of the springs under the loads of ``loaded.read``, in parts as of `placed`."""
+        return self._sprung(self.loaded.read)
 
     @cached_property
     def _sprung_by_every(self) -> dict[int, Array]:
@@ -190,44 +190,44 @@ class Sensitivity:
 
     def _sprung(self, state: State) -> dict[int, Array]:
         """Return the displacement of all springs under the loads of the states, in parts as of `placed`."""
-        found: dict[int, Array] = {}
+        parts: dict[int, Array] = {}
         for spring in self.springs:
-            found = plus(found, displacement_parts(displacement_of(spring, state)))
-        return found
+            parts = plus(parts, displacement_parts(displacement_of(spring, state)))
+        return parts
 
 
-def sensitivity(model: Model, rest: Equilibrium) -> Sensitivity:
+def sensitivity(model: Model, at: Equilibrium) -> Sensitivity:
     """Compute the derivative of the measured pose by every displacement at an equilibrium, with loads kept constant."""
-    n = len(rest.state)
-    chain = rest.chain
+    n = len(at.state)
+    chain = at.chain
     if chain.tip is None:
-        chain = deflected_chain(model.robot, chain.q, rest.deflection.body, True)
+        chain = deflected_chain(model.robot, chain.q, at.deflection.body, True)
     along = directions(model.robot, chain, ALL_BODIES)
     column = model.elastic.place
     J = np.zeros((n, 6, PLACES))
-    J[:, :, column] = point_jacobian(along, rest.T_base_tcp[:, :3, 3])
-    R_tool = rest.chain.T_base_flange[:, :3, :3] @ rest.state.T_flange_tcp[..., :3, :3]
+    J[:, :, column] = point_jacobian(along, at.T_base_tcp[:, :3, 3])
+    R_tool = at.chain.T_base_flange[:, :3, :3] @ at.state.T_flange_tcp[..., :3, :3]
     J[:, :3, TOOL : TOOL + 3] = R_tool
-    J[:, 3:, TOOL + 3 : INSTRUMENT] = R_tool @ _turned(rest.deflection.tool, n)
-    R = rest.R_instrument_base
+    J[:, 3:, TOOL + 3 : INSTRUMENT] = R_tool @ _turned(at.deflection.tool, n)
+    R = at.R_instrument_base
     J[:, :3, :INSTRUMENT] = R @ J[:, :3, :INSTRUMENT]
     J[:, 3:, :INSTRUMENT] = R @ J[:, 3:, :INSTRUMENT]
-    left = _turned(rest.deflection.instrument, n)
+    turned = _turned(at.deflection.instrument, n)
     J[:, :3, INSTRUMENT : INSTRUMENT + 3] = np.eye(3)
-    J[:, :3, INSTRUMENT + 3 :] = -skew((rest.R_instrument_reference @ rest.T_reference_tcp[:, :3, 3:])[:, :, 0]) @ left
-    J[:, 3:, INSTRUMENT + 3 :] = left
+    J[:, :3, INSTRUMENT + 3 :] = -skew((at.R_instrument_reference @ at.T_reference_tcp[:, :3, 3:])[:, :, 0]) @ turned
+    J[:, 3:, INSTRUMENT + 3 :] = turned
     springs = tuple(e for e in model.effects if "load" in e.reads)
-    read = np.flatnonzero((column < BODY) | np.isin((column - BODY) // 6, rest.bodies))
-    return Sensitivity(J, Loaded(model, rest, chain, along), along.some(read), column[read], springs)
+    read = np.flatnonzero((column < BODY) | np.isin((column - BODY) // 6, at.bodies))
+    return Sensitivity(J, Loaded(model, at, chain, along), along.some(read), column[read], springs)
 
 
 def grown_sensitivity(model: Model, state: State) -> Sensitivity:
     """Compute the `Sensitivity` of states with loads that follow the deflection, J_theta (I - C K_E)^-1; slower."""
-    rest = equilibrium(model, state, active_bodies(nudged(model), state))
-    at, found = sensitivity(model, rest), tangent(model, rest)
-    place = found.frame.bodies.place
+    balance = equilibrium(model, state, active_bodies(nudged(model), state))
+    at, answer = sensitivity(model, balance), tangent(model, balance)
+    place = answer.frame.bodies.place
     matrix = at.matrix.copy()
-    matrix[:, :, place] = matrix[:, :, place] @ found.give
+    matrix[:, :, place] = matrix[:, :, place] @ answer.give
     return replace(at, matrix=matrix)
 
 

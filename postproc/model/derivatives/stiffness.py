@@ -46,19 +46,19 @@ def natural_frequencies(model: Model, state: State) -> Array:
     """
     if len(state) > BATCH:
         return np.concatenate([natural_frequencies(model, state.rows(rows)) for rows in blocks(len(state), BATCH)])
-    rest = equilibrium(model, state)
-    at = tangent(model, rest)
-    squared = np.linalg.eigvals(at.give @ at.compliance @ inertia(rest, at.frame)).real
+    balance = equilibrium(model, state)
+    at = tangent(model, balance)
+    squared = np.linalg.eigvals(at.give @ at.compliance @ inertia(balance, at.frame)).real
     squared = np.sort(np.maximum(squared, 0.0), axis=1)[:, ::-1][:, :6]
     with np.errstate(divide="ignore"):
         frequencies: Array = 1.0 / (2 * np.pi * np.sqrt(squared))
     return frequencies
 
 
-def inertia(rest: Equilibrium, at: RestingArm) -> Array:
+def inertia(balance: Equilibrium, at: RestingArm) -> Array:
     """Return the mass matrix (n, m, m) of links and payload (a point mass) in the m coordinates of the arm at rest."""
     M = at.bodies.inertia(at.coordinates)
-    state = rest.state
+    state = balance.state
     if state.payload_mass is None:
         return M
     J = point_jacobian(at.along, payload_point(state, at.chain))[:, :3]

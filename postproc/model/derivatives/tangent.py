@@ -36,11 +36,11 @@ class RestingArm:
     coordinates: Array
 
 
-def resting_arm(model: Model, rest: Equilibrium) -> RestingArm:
-    """Return the arm at an equilibrium as coordinates: six joints, and springs at the bodies in ``rest.bodies``."""
-    bodies = model.multibody(rest.bodies)
-    chain = deflected_chain(model.robot, rest.chain.q, rest.deflection.body, bool(rest.bodies))
-    return RestingArm(bodies, chain, directions(model.robot, chain, rest.bodies), coordinates(chain, bodies))
+def resting_arm(model: Model, balance: Equilibrium) -> RestingArm:
+    """Return the arm at an equilibrium as coordinates: six joints, and springs at the bodies in ``balance.bodies``."""
+    bodies = model.multibody(balance.bodies)
+    chain = deflected_chain(model.robot, balance.chain.q, balance.deflection.body, bool(balance.bodies))
+    return RestingArm(bodies, chain, directions(model.robot, chain, balance.bodies), coordinates(chain, bodies))
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,35 +61,35 @@ class Tangent:
     give: Array
 
 
-def tangent(model: Model, rest: Equilibrium) -> Tangent:
+def tangent(model: Model, balance: Equilibrium) -> Tangent:
     """Compute derivatives of loads and displacements at an equilibrium (Eqs. 17-22).
 
     Where no effect reads loads, ``compliance`` and ``K_E`` are zero and ``give`` is the identity.
     """
-    at = resting_arm(model, rest)
-    J = point_jacobian(at.along, rest.T_base_tcp[:, :3, 3])
-    n, m = len(rest.state), at.bodies.size
+    at = resting_arm(model, balance)
+    J = point_jacobian(at.along, balance.T_base_tcp[:, :3, 3])
+    n, m = len(balance.state), at.bodies.size
     C, K_E = np.zeros((n, m, m)), np.zeros((n, m, m))
     give: Array = np.tile(np.eye(m), (n, 1, 1))
     if carries_load(model):
-        K_E = at.bodies.weight_stiffness(at.coordinates) + _dead_loads(model, rest, at.along)
-        K_E += _effect_loads(model, rest, at)
-        C = load_compliance(model, rest.state, at.bodies)
+        K_E = at.bodies.weight_stiffness(at.coordinates) + _dead_loads(model, balance, at.along)
+        K_E += _effect_loads(model, balance, at)
+        C = load_compliance(model, balance.state, at.bodies)
         give = np.asarray(np.linalg.inv(np.eye(m) - C @ K_E))
     return Tangent(at, J, C, K_E, give)
 
 
-def _dead_loads(model: Model, rest: Equilibrium, along: Directions) -> Array:
+def _dead_loads(model: Model, balance: Equilibrium, along: Directions) -> Array:
     """Return the derivative (n, m, m) of the loads from payload weight and wrench by the coordinates, at rest."""
-    state, n = rest.state, len(rest.state)
+    state, n = balance.state, len(balance.state)
     K = np.zeros((n, along.spin.shape[1], along.spin.shape[1]))
     if state.payload_mass is not None:
         mass = np.broadcast_to(np.asarray(state.payload_mass, dtype=float), (n,))
         weight = mass[:, None] * model.gravity
-        K += dead_load_stiffness(along, payload_point(state, rest.chain), weight, np.zeros((n, 3)))
+        K += dead_load_stiffness(along, payload_point(state, balance.chain), weight, np.zeros((n, 3)))
     if state.wrench is not None:
         wrench = np.broadcast_to(state.wrench, (n, 6))
-        K += dead_load_stiffness(along, rest.T_base_tcp[:, :3, 3], wrench[:, :3], wrench[:, 3:])
+        K += dead_load_stiffness(along, balance.T_base_tcp[:, :3, 3], wrench[:, :3], wrench[:, 3:])
     return K
 
 
@@ -114,10 +114,10 @@ def dead_load_stiffness(along: Directions, point: Array, force: Array, moment: A
     return bend + np.tril(turn, -1)
 
 
-def _effect_loads(model: Model, rest: Equilibrium, at: RestingArm) -> Array:
+def _effect_loads(model: Model, balance: Equilibrium, at: RestingArm) -> Array:
     """Return the derivative (n, m, m) of the loads that effects add by the coordinates, by central differences."""
     bodies = at.bodies
-    n = len(rest.state)
+    n = len(balance.state)
     K = np.zeros((n, bodies.size, bodies.size))
     loading = [e for e in model.effects if type(e).load is not Effect.load]
     for k in range(bodies.size) if loading else ():
@@ -127,7 +127,7 @@ def _effect_loads(model: Model, rest: Equilibrium, at: RestingArm) -> Array:
             moved[:, k] += step
             body = {b: moved[:, columns] for b, columns in bodies.columns.items()}
             chain = deflected_chain(model.robot, moved[:, bodies.joint], body, bool(bodies.bodies))
-            state = rest.state.with_(T_base_body=chain.T_base_body)
+            state = balance.state.with_(T_base_body=chain.T_base_body)
             load = sum(
                 (flat(load_parts(load_of(e, state)), n, LOAD_PLACES) for e in loading), np.zeros((1, LOAD_PLACES))
             )

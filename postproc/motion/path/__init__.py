@@ -2,6 +2,6 @@
 
 `moves` come from events with `places` (of external axes) and `postures` (joint angles, at goals and on the way);
 `nominal_arm` is what a program asks (CalcRobT); `refusals` say what is wrong with them. `curves` are lines, arcs and
-joint moves, `wrist` their axes 4 to 6 under SingArea, `corners` the zones of fly-by points as blends, `samples` dense
+joint moves, with axes 4 to 6 under SingArea, `corners` the zones of fly-by points as blends, `samples` dense
 samples along both.
 """

@@ -18,8 +18,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.motion.mounts import Mounts
-from postproc.motion.path.curves import Curves, joints_and_poses, joints_at, pose_at
-from postproc.motion.path.wrist import arm_joints
+from postproc.motion.path.curves import Curves, arm_joints, joints_and_poses, joints_at, pose_at
 from postproc.motion.values import Flags, Index, Move
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import forward

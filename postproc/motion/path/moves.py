@@ -68,12 +68,12 @@ def read_moves(
     runs = [(events[i], lost.get(i)) for i in known]
     another = another_arm(robot, runs)
     spared = only_displaced(runs) if not another else ()
-    wrong = [(i, _left_alone(d, DISPLACED) if events[i].statement.key in spared else d) for i, d in wrong]
+    wrong = [(i, _as_warning(d, DISPLACED) if events[i].statement.key in spared else d) for i, d in wrong]
     for i in [i for i in known if endless and events[i].in_force in endless]:
         text = "the programmed speed is zero or negative: the arm would never arrive"
         wrong.append((i, Diagnostic("MOT006", "error", text, *place(events[i], "speed"), "give a speed above zero")))
     bad = {i for i, _ in wrong} | astray | {i for i, _ in refused if events[i].unreachable}
-    findings = [_left_alone(d, LOOSE) if events[i].unreachable else d for i, d in (*refused, *wrong)]
+    findings = [_as_warning(d, LOOSE) if events[i].unreachable else d for i, d in (*refused, *wrong)]
     findings += [finding for _, finding in beyond]
     findings += doubt_weights(robot, [events[i] for i in known if not events[i].unreachable])
     text = "in which posture the arm comes here is not known, and what the target states does not exist"
@@ -178,7 +178,7 @@ def _beyond_limits(
     return findings
 
 
-def _left_alone(finding: Diagnostic, why: str) -> Diagnostic:
+def _as_warning(finding: Diagnostic, why: str) -> Diagnostic:
     """An error as a warning that adds why its statement stays uncorrected; other findings unchanged."""
     if finding.severity != "error":
         return finding

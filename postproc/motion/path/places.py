@@ -70,8 +70,8 @@ def idle_axes(units: tuple[tuple[str, bool], ...] | None, station: Station) -> s
             unknown: then all axes follow the targets.
     """
     switched = dict(units or ())
-    own = [(name, station.cell.unit(name)) for name in station.units]
-    asleep = [unit for name, unit in own if units is not None and not switched.get(name.lower(), unit.active)]
+    task_units = [(name, station.cell.unit(name)) for name in station.units]
+    asleep = [unit for name, unit in task_units if units is not None and not switched.get(name.lower(), unit.active)]
     return "".join(joint.axis for unit in asleep for joint in unit.joints if joint.axis is not None)
 
 
@@ -89,9 +89,9 @@ def resting_place(events: Iterable[MotionEvent]) -> Ax6:
     stated: list[set[float]] = [set() for _ in LETTERS]
     for event in goals:
         assert event.target is not None
-        for axis, offset, found in zip(event.target.extax, event.axis_offset, stated, strict=True):
-            found |= {axis + offset} if axis < NO_AXIS else set()
-    a, b, c, d, e, f = (next(iter(found)) if len(found) == 1 else NO_AXIS for found in stated)
+        for axis, offset, positions in zip(event.target.extax, event.axis_offset, stated, strict=True):
+            positions |= {axis + offset} if axis < NO_AXIS else set()
+    a, b, c, d, e, f = (next(iter(positions)) if len(positions) == 1 else NO_AXIS for positions in stated)
     return a, b, c, d, e, f
 
 
@@ -146,19 +146,19 @@ def _unplaced(events: Sequence[MotionEvent], station: Station) -> list[Unknown |
     if not units and all(base):
         return [None] * len(events)
     placed = {name: _finite(station.frame(name, positions)) for name in units if name.lower() in known}
-    found: list[Unknown | None] = []
+    reasons: list[Unknown | None] = []
     for i, event in enumerate(events):
         unit = unit_of(event)
         if not base[i]:
             carrier = station.cell_arm.unit
-            found.append(Unknown(Kind.BASE_NOWHERE, carrier or "", _why(station, carrier)))
+            reasons.append(Unknown(Kind.BASE_NOWHERE, carrier or "", _why(station, carrier)))
         elif unit is not None and unit not in placed:
-            found.append(Unknown(Kind.MOVED_OBJECT, event.wobj.name, unit))
+            reasons.append(Unknown(Kind.MOVED_OBJECT, event.wobj.name, unit))
         elif unit is not None and not placed[unit][i]:
-            found.append(Unknown(Kind.WORK_NOWHERE, event.wobj.name, _why(station, unit)))
+            reasons.append(Unknown(Kind.WORK_NOWHERE, event.wobj.name, _why(station, unit)))
         else:
-            found.append(None)
-    return found
+            reasons.append(None)
+    return reasons
 
 
 def _finite(T: Array) -> list[bool]:
@@ -173,7 +173,7 @@ def _why(station: Station, name: str | None) -> str:
     """
     if name is None:
         return "its base frame cannot be read"
-    own = station.cell.unit(name)
+    unit_end = station.cell.unit(name)
     while name is not None:
         unit = station.cell.unit(name)
         if unit.unknown:
@@ -181,7 +181,7 @@ def _why(station: Station, name: str | None) -> str:
         if name.lower() not in {u.lower() for u in station.units}:
             return f"another task moves `{unit.name}`, and its program does not say that it stands at one position"
         name = unit.parent
-    axes = [f"eax_{joint.axis}" for joint in own.joints if joint.axis is not None and joint.leader is None]
+    axes = [f"eax_{joint.axis}" for joint in unit_end.joints if joint.axis is not None and joint.leader is None]
     if not axes:
         return "the frame in which it stands cannot be read"
     stand = "stands" if len(axes) == 1 else "stand"

@@ -155,8 +155,8 @@ def in_metres(event: MotionEvent) -> str:
     """
     frames = {f"the TCP of `{event.tool.name}`": event.tool.tframe, f"`{event.wobj.name}`": event.wobj.uframe}
     apart = {what: float(np.linalg.norm(frame.trans)) for what, frame in frames.items()}
-    found = (f"{what} is {mm:.3g} mm away from its origin" for what, mm in apart.items() if 0.0 < mm < METRES_MM)
-    return next(found, "")
+    clauses = (f"{what} is {mm:.3g} mm away from its origin" for what, mm in apart.items() if 0.0 < mm < METRES_MM)
+    return next(clauses, "")
 
 
 Reached = Sequence[tuple[MotionEvent, str | None]]

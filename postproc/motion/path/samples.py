@@ -117,8 +117,8 @@ class Samples:
             return np.zeros(0)
         mounts, back = self.mounts_at(slice(None)), self.T_work_tcp[:-1].copy()
         changed = np.flatnonzero(~mounts[1:].same(mounts[:-1]))
-        own = self.curves.mounts_at(self.move[changed + 1], self.axes[changed])
-        back[changed] = own.work(mounts[changed].flange(self.T_work_tcp[changed]))
+        flange_mounts = self.curves.mounts_at(self.move[changed + 1], self.axes[changed])
+        back[changed] = flange_mounts.work(mounts[changed].flange(self.T_work_tcp[changed]))
         step = np.linalg.norm(self.T_work_tcp[1:, :3, 3] - back[:, :3, 3], axis=1)
         step[self.starts_chain()[1:]] = 0.0
         return np.concatenate([[0.0], np.cumsum(step)])

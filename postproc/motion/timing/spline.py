@@ -54,7 +54,7 @@ def limits_of(robot: Robot, axes: Sequence[Joint]) -> Limits:
     speed = [joint.speed or SPEED[joint.kind] for joint in axes]
     acceleration = [joint.acceleration or v / RISE for joint, v in zip(axes, speed, strict=True)]
     jerk = [a / JERK for a in acceleration]
-    return Limits(*(np.append(own, more) for own, more in zip(
+    return Limits(*(np.append(of_arm, of_axes) for of_arm, of_axes in zip(
         (robot.speed, robot.acceleration, robot.jerk), (speed, acceleration, jerk), strict=True)))  # fmt: skip
 
 

@@ -90,13 +90,13 @@ class Argument:
             ``\\t``, ``\\id``.
         span: the argument's expression (without the comma; for an optional argument without ``\\Name:=``).
         text: the expression as written.
-        whole: from the backslash or expression start to the expression's end.
+        full_span: from the backslash or expression start to the expression's end.
     """
 
     role: str
     span: Span
     text: str
-    whole: Span
+    full_span: Span
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,7 +138,7 @@ class StatementShape:
         signature: of the instruction.
         module: name of the module, routine: name of the routine.
         roles: of the arguments, in the order of the text.
-        places: begin and end of each argument's span and of its whole. They are counted from the end of the target
+        places: begin and end of each argument's span and of its full span. They are counted from the end of the target
             before, or of the last one; where there is none from the statement's first byte.
         complete: whether there are exactly the positional arguments that the instruction needs, where that is known.
         words: that stand beside the targets, in lower case.
@@ -204,7 +204,7 @@ class MotionStatement:
     def spans(self, i: int) -> tuple[Span, Span]:
         """Byte spans in the file of argument number ``i`` (from 0): of its expression, and of the whole argument.
 
-        The whole begins at the backslash of an optional argument; otherwise both spans are equal.
+        The full span begins at the backslash of an optional argument; otherwise both spans are equal.
         """
         at, ends = self.span[0], self.ends
         start, end, first, last = self.shape.places[4 * i : 4 * i + 4]
@@ -216,8 +216,8 @@ class MotionStatement:
 
     def _argument(self, i: int) -> Argument:
         """The argument number ``i``, counted from 0 in the order of the text, with its role, spans and text."""
-        span, whole = self.spans(i)
-        return Argument(self.shape.roles[i], span, self.source.data[slice(*span)].decode("latin-1"), whole)
+        span, full_span = self.spans(i)
+        return Argument(self.shape.roles[i], span, self.source.data[slice(*span)].decode("latin-1"), full_span)
 
     @property
     def line(self) -> int:
@@ -305,7 +305,7 @@ class MotionEvent:
     @property
     def searched(self) -> bool:
         """Whether one of the reasons in ``unknowns`` goes back to a position that a search instruction finds."""
-        return any([unknown.root.kind is Kind.FOUND_BY_SEARCH for unknown in self.unknowns])
+        return any([unknown.root.kind is Kind.SEARCH_RESULT for unknown in self.unknowns])
 
 
 def executions_of(events: Sequence[MotionEvent]) -> dict[StatementKey, list[int]]:

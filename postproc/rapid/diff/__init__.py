@@ -1,5 +1,4 @@
 """Two programs compared by meaning.
 
-`pairing` pairs motion statements, `align` what stands between them; `compare` finds each `difference`, `words` that of
-other statements.
+`pairing` pairs motion statements and what stands between them; `compare` finds each `difference`.
 """

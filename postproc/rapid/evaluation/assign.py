@@ -8,9 +8,9 @@ from operator import is_, is_not
 
 from postproc.rapid.data.values import Data, Value, as_type
 from postproc.rapid.evaluation.memory import Binding, Memory, Path, Reference, part_of
-from postproc.rapid.evaluation.teaching import SET_BY_PROGRAM, alike
-from postproc.rapid.program.instructions import SETTERS
+from postproc.rapid.evaluation.teaching import SET_BY_PROGRAM, equal_when_measured
 from postproc.rapid.program.program import Program
+from postproc.rapid.program.signatures import SETTERS
 from postproc.rapid.program.statement_effects import UNSEEN
 from postproc.rapid.syntax.nodes import Declaration
 from postproc.rapid.syntax.trees import Expression
@@ -62,8 +62,8 @@ def set_data(declaration: Declaration, data: Data, memory: Memory) -> None:
     Data named by ``--taught`` (set by calibration routines) keeps the value in its file if the new one is measured.
     """
     now = without_causes(data)[0]
-    if isinstance(now, Unknown) and declaration.key not in now.held:
-        now.held = (*now.held, declaration.key)
+    if isinstance(now, Unknown) and declaration.key not in now.stored_in:
+        now.stored_in = (*now.stored_in, declaration.key)
     if memory.teaching.covers(declaration):
         data = memory.teaching.written(declaration, data, lambda: memory.declared(declaration).data)
     memory.changed[declaration.key] = data
@@ -202,7 +202,7 @@ def joined(ends: Sequence[dict[str, Data]], program: Program) -> dict[str, Data]
                 continue
             (a, first), (b, second) = without_causes(result.get(key, key)), without_causes(end.get(key, key))
             declaration = program.names.get(key) if program.taught else None
-            if declaration is not None and declaration.name.lower() in program.taught and alike(a, b):
+            if declaration is not None and declaration.name.lower() in program.taught and equal_when_measured(a, b):
                 continue
             if key not in result or key not in end or (a is not b and a != b):
                 result[key] = Unknown(Kind.UNDECIDED, shown(key, program), key=key)
@@ -233,20 +233,20 @@ def present(memory: Memory, keys: Iterable[str]) -> dict[str, object]:
 
 def differing(before: Mapping[str, object], after: Mapping[str, object]) -> set[str]:
     """Keys whose value changed; an unknown value that is replaced by another unknown one counts as unchanged."""
-    return {key for key, now in after.items() if before[key] is not now and not _alike(before[key], now)}
+    return {key for key, now in after.items() if before[key] is not now and not _equal(before[key], now)}
 
 
-def _alike(before: object, now: object) -> bool:
+def _equal(before: object, now: object) -> bool:
     """Whether two values are equal; two unknown values count as equal, partly known ones if their parts do."""
     match before, now:
         case PartlyUnknown(), PartlyUnknown():
-            return _alike(before.data, now.data)
+            return _equal(before.data, now.data)
         case (PartlyUnknown(), _) | (_, PartlyUnknown()):
             return False
         case Unknown(), Unknown():
             return True
         case tuple(), tuple() if before != now and len(before) == len(now):
-            return all(map(_alike, before, now))
+            return all(map(_equal, before, now))
     return before == now
 
 

@@ -80,7 +80,7 @@ def _evaluate(expression: trees.Expression, scope: Scope) -> Value:
         case trees.Component():
             return component(_evaluate(expression.base, scope), expression.name, scope.records)
         case trees.Binary():
-            return _binary(expression.operator, expression.left, expression.right, scope)
+            return _binary(expression.operator, expression.lhs, expression.rhs, scope)
         case trees.Number():
             return Value(expression.value, "num")
         case trees.Call():
@@ -88,7 +88,7 @@ def _evaluate(expression: trees.Expression, scope: Scope) -> Value:
         case trees.Aggregate():
             return Value(tuple([_evaluate(item, scope).data for item in expression.items]))
         case trees.Index(_, base, indices):
-            at = tuple(whole(_evaluate(i, scope).data) for i in indices)
+            at = tuple(as_integer(_evaluate(i, scope).data) for i in indices)
             return _read(
                 scope.element(base, at) if isinstance(base, trees.Name) else pick(_evaluate(base, scope), at), scope
             )
@@ -125,14 +125,14 @@ def component(value: Value, name: str, records: Mapping[str, Fields]) -> Value:
     raise Unknown(Kind.NO_COMPONENT, name)
 
 
-def whole(data: Data) -> int:
+def as_integer(data: Data) -> int:
     """An array index or size as an int.
 
     Raises:
         Unknown: it is no whole number.
     """
     if isinstance(data, bool) or not isinstance(data, (int, float)) or not isfinite(data) or data != int(data):
-        raise Unknown(Kind.NOT_WHOLE)
+        raise Unknown(Kind.NOT_INTEGER)
     return int(data)
 
 
@@ -183,11 +183,11 @@ _TRUTH: Mapping[str, Callable[[Data, Data], bool]] = {
 }  # fmt: skip
 
 
-def _binary(operator: str, left: trees.Expression, right: trees.Expression, scope: Scope) -> Value:
+def _binary(operator: str, lhs: trees.Expression, rhs: trees.Expression, scope: Scope) -> Value:
     """The value of two operands joined by an operator (lower case), computed in the precision of their type."""
     if operator in ("and", "or"):
-        return _logical(operator == "or", left, right, scope)
-    a, b = _evaluate(left, scope), _evaluate(right, scope)
+        return _logical(operator == "or", lhs, rhs, scope)
+    a, b = _evaluate(lhs, scope), _evaluate(rhs, scope)
     kind = "dnum" if "dnum" in (a.type, b.type) else "num"  # of numbers; what is written as a number is either
     x, y = as_type(a.data, kind), as_type(b.data, kind)
     try:
@@ -230,14 +230,14 @@ def _product(x: Data, y: Data, kinds: tuple[str, str, str]) -> Value:
     return Value(as_type(x * y, kinds[2]), kinds[2])
 
 
-def _logical(decisive: bool, left: trees.Expression, right: trees.Expression, scope: Scope) -> Value:
+def _logical(decisive: bool, lhs: trees.Expression, rhs: trees.Expression, scope: Scope) -> Value:
     """The value of OR (``decisive`` True) or AND (False): a side equal to it decides even if the other is unknown.
 
     Raises:
         Unknown: no side decides and one is unknown.
     """
     unknown: Unknown | None = None
-    for side in (left, right):
+    for side in (lhs, rhs):
         try:
             if _evaluate(side, scope).data is decisive:
                 return Value(decisive, "bool")

@@ -6,11 +6,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 from postproc.rapid.data.arm import call_by_arm
-from postproc.rapid.data.predefined import PREDEFINED
+from postproc.rapid.data.builtins import PREDEFINED
 from postproc.rapid.data.records import Pose
 from postproc.rapid.data.values import Data, Fields, Value
 from postproc.rapid.evaluation.declared import DeclaredValues
-from postproc.rapid.evaluation.evaluate import component, evaluate, pick, whole
+from postproc.rapid.evaluation.evaluate import as_integer, component, evaluate, pick
 from postproc.rapid.evaluation.teaching import Teaching
 from postproc.rapid.program.late_binding import LATE
 from postproc.rapid.program.program import Program
@@ -132,7 +132,7 @@ class Memory:
         """Fields (name, type) of each record type, by lower-case type name."""
         return self.constants.records
 
-    def aside(self) -> Memory:
+    def trial_copy(self) -> Memory:
         """A copy to try something out in: writes to it do not reach the original, motions in it are not recorded."""
         frame = replace(self.frame, bindings=dict(self.frame.bindings), exits=[])
         return replace(self, frame=frame, changed=dict(self.changed), trial=True)
@@ -360,7 +360,7 @@ def part_of(tree: Expression, memory: Memory) -> tuple[str, Path, Causes] | None
         elif isinstance(tree, Index):
             values = [evaluate(index, memory) for index in tree.indices]
             causes = joined_causes(*(value.assumed for value in values), causes)
-            path = (*(whole(value.data) for value in values), *path)
+            path = (*(as_integer(value.data) for value in values), *path)
         else:
             return None
         tree = tree.base

@@ -10,7 +10,7 @@ from postproc.rapid.data.records import LoadData, Pose
 from postproc.rapid.data.values import Data, to_load, to_pose
 from postproc.rapid.evaluation.memory import Memory
 from postproc.rapid.program.arguments import Piece
-from postproc.rapid.program.instructions import SETTERS, STATE_OF_INSTRUCTION
+from postproc.rapid.program.signatures import SETTERS, STATE_OF_INSTRUCTION
 from postproc.rapid.unknown import Kind, Unknown, assumed_for, joined_causes, without_causes
 
 # The smallest mass a loaddata may have; load0 has it, and it stands for nothing at all.
@@ -108,7 +108,7 @@ def _displacement(pieces: Sequence[Piece], plain: Sequence[Span], rotated: bool,
     """
     executed = next((span for option, span, _ in pieces if option == "\\exep"), None)
     if executed is None:
-        raise Unknown(Kind.DISPLACED_FROM_HERE)
+        raise Unknown(Kind.DISPLACED_FROM_POSITION)
     moved, programmed = value(executed), value(plain[0])
     a, b = to_pose(moved[:2]), to_pose(programmed[:2])
     return pose_mult(a, pose_inv(b)) if rotated else Pose(subtract(a.trans, b.trans))

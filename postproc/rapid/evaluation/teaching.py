@@ -38,7 +38,7 @@ def moved_away(now: Data, data: Data) -> bool:
     return isinstance(now, float) and isinstance(data, float) and abs(now - data) > MEASURED_MM
 
 
-def alike(a: Data, b: Data) -> bool:
+def equal_when_measured(a: Data, b: Data) -> bool:
     """Whether two values, fully known and of one type, agree within what a new measurement may change."""
     return unknown_part(a) is None and unknown_part(b) is None and type(a) is type(b) and not moved_away(a, b)
 

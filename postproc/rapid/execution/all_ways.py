@@ -23,8 +23,8 @@ from postproc.rapid.execution.path_splitting import Ends, Place, SplitBranches
 from postproc.rapid.motions.events_of import EventMaker
 from postproc.rapid.motions.recorder import Recorder
 from postproc.rapid.program.arguments import Piece
-from postproc.rapid.program.instructions import STATE_OF_INSTRUCTION
 from postproc.rapid.program.program import Program, statements_of
+from postproc.rapid.program.signatures import STATE_OF_INSTRUCTION
 from postproc.rapid.program.statement_effects import UNSEEN, StatementEffect
 from postproc.rapid.syntax.nodes import Routine, Statement
 from postproc.rapid.unknown import Kind, Unknown
@@ -240,12 +240,12 @@ class AllWays(Interpreter):
         forget(memory, parameters, Kind.UNDECIDED)
         return True
 
-    def choose(self, statement: Statement, arms: Ends, left: bool, memory: Memory) -> None:
+    def choose(self, statement: Statement, arms: Ends, may_return: bool, memory: Memory) -> None:
         """Record a branch that moves nothing in ``choices``, so that each of its arms can be followed on its own later.
 
         Args:
             arms: data at the end of each arm, by its number; None for the way on which no arm is taken.
-            left: whether an arm may end the routine by RETURN.
+            may_return: whether an arm may end the routine by RETURN.
         """
         routine, changes = memory.frame.routine, self.changes
         keys = changes.of_one(statement, routine)
@@ -254,7 +254,7 @@ class AllWays(Interpreter):
                 frozenset[str]().union(*(changes.of_one(inner, routine) for inner in branch.body))
                 for branch in statement.branches
             ]
-            self.choices.met((routine.source.path, statement.span[0]), arms, keys, written, left)
+            self.choices.met((routine.source.path, statement.span[0]), arms, keys, written, may_return)
 
     def may_take(self, statement: Statement, arm: int, memory: Memory) -> bool:
         """Whether the conditions of a branch do not decide which arm is taken, and arm number ``arm`` is possible.
@@ -273,7 +273,7 @@ class AllWays(Interpreter):
         """
         if not memory.trial and self.choices.again(place):
             memory.doubt()  # the arm may have come here by another choice
-        arm, choice = self.choices.forced[place], self.choices.found[place]
+        arm, choice = self.choices.forced[place], self.choices.choices[place]
         reached = arm == len(statement.branches) or self.body(statement.branches[arm].body, memory)
         forget(memory, choice.keys - choice.certain, Kind.UNDECIDED)
         return reached
@@ -365,7 +365,7 @@ class AllWays(Interpreter):
         if not self.body(body, memory):
             memory.ends = frozenset()
         elif moves and not memory.trial and not memory.returning and not self.recorder.only_new:
-            next_turn = replace(memory.aside(), trial=False, returning=True)
+            next_turn = replace(memory.trial_copy(), trial=False, returning=True)
             forget(next_turn, keys, Kind.CHANGED_IN_LOOP)
             self.body(body, next_turn)
         memory.conditional -= not certain
@@ -382,7 +382,7 @@ class AllWays(Interpreter):
         if memory.trial or self.exhausted(memory.frame.routine.source):
             return keys
         for _ in range(MAX_TRIALS):
-            trial = memory.aside()
+            trial = memory.trial_copy()
             forget(trial, differing_keys, Kind.CHANGED_IN_LOOP)
             before = present(trial, keys)
             self.body(body, trial)

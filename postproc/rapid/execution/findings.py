@@ -35,11 +35,11 @@ class WalkFindings:
         self._named: set[str] = set()  # routines in none of the files
         self._branches: set[Place] = set()
 
-    def once(self, found: Diagnostic) -> None:
+    def once(self, finding: Diagnostic) -> None:
         """Add a finding unless one with the same code and message was added before."""
-        if (found.code, found.message) not in self._reported:
-            self._reported.add((found.code, found.message))
-            self.all.append(found)
+        if (finding.code, finding.message) not in self._reported:
+            self._reported.add((finding.code, finding.message))
+            self.all.append(finding)
 
     def too_long(self, source: Source) -> None:
         """Report RAP033 at a file: not all of the program is followed."""
@@ -127,7 +127,9 @@ class WalkFindings:
             return
         same = False
         if statement.kind == "assign":
-            now, data = (without_causes(self.data.value_or_not(span, memory.aside()))[0] for span in statement.parts)
+            now, data = (
+                without_causes(self.data.value_or_not(span, memory.trial_copy()))[0] for span in statement.parts
+            )
             same = now == data
         if not same:
             self._moved(declaration, source, statement.span)

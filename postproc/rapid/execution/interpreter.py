@@ -9,16 +9,15 @@ from dataclasses import dataclass, replace
 from postproc.diagnostics import Span
 from postproc.rapid.data.events import MotionStatement, StatementKey
 from postproc.rapid.data.values import Data, Value, as_type, single
-from postproc.rapid.evaluation.accessor import Accessor
+from postproc.rapid.evaluation.accessor import Accessor, bound_frame
 from postproc.rapid.evaluation.assign import assume, forget
-from postproc.rapid.evaluation.call_binding import bound_frame
 from postproc.rapid.evaluation.declared import DeclaredValues
 from postproc.rapid.evaluation.memory import CallFrame, Memory, Reference
 from postproc.rapid.evaluation.state import run_state_instruction
 from postproc.rapid.program.arguments import BY_REFERENCE, Piece, argument_name, paired, read_arguments
-from postproc.rapid.program.instructions import COUNTING, KNOWN_INSTRUCTIONS, MOVING, READ_ONLY, STATE_OF_INSTRUCTION
 from postproc.rapid.program.late_binding import BY_NAME, LATE, LateCall, late_call
 from postproc.rapid.program.program import Program
+from postproc.rapid.program.signatures import COUNTING, KNOWN_INSTRUCTIONS, MOVING, READ_ONLY, STATE_OF_INSTRUCTION
 from postproc.rapid.program.statement_effects import NO_EFFECT, StatementEffect
 from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.nodes import Routine, Statement
@@ -285,7 +284,7 @@ class Interpreter(ABC):
     def move(self, motion: MotionStatement, memory: Memory) -> None:
         """Run a motion: data in which a search stores the position that it finds becomes unknown."""
         for result in motion.results:
-            self.data.assign(result.span, Unknown(Kind.FOUND_BY_SEARCH, f"`{result.text}`"), memory)
+            self.data.assign(result.span, Unknown(Kind.SEARCH_RESULT, f"`{result.text}`"), memory)
 
     def run_unseen(self, statement: Statement, arguments: int | None, memory: Memory) -> None:
         """Note that a call of code in none of the files may have moved the arm.

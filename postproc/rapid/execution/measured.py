@@ -44,7 +44,7 @@ def say_measured(program: Program, events: Sequence[MotionEvent], entry: str | N
         moved = wanted.keys() & {d.name.lower() for d in tried.diagnostics if d.matter is Matter.TAUGHT_MOVED}
         wanted = {key: name for key, name in wanted.items() if key not in moved}
     offered = list(wanted.values())
-    return {key: _finding(*found, offered) for key, found in waiting.items()}
+    return {key: _finding(*case, offered) for key, case in waiting.items()}
 
 
 def with_advice(
@@ -82,7 +82,7 @@ def _finding(declaration: Declaration, event: MotionEvent, unknown: Unknown, off
     if name in offered:
         listed = ",".join(dict.fromkeys(offered))
         help_ = f"if the values in the files are what such routines set, say `--taught {listed}`"
-        if unknown.root.kind is Kind.FOUND_BY_SEARCH:
+        if unknown.root.kind is Kind.SEARCH_RESULT:
             help_ += f" with `--wobj-taught {name}`: a frame that this arm has found holds its error"
         if first := set_first((unknown,)):
             help_ = f"{first}; or {help_}"
@@ -93,7 +93,7 @@ def _finding(declaration: Declaration, event: MotionEvent, unknown: Unknown, off
 
 def _holds_error(declaration: Declaration, unknown: Unknown) -> bool:
     """Whether data is what a search found and no work object: what follows it holds the error of the arm already."""
-    return unknown.root.kind is Kind.FOUND_BY_SEARCH and declaration.type.lower() != "wobjdata"
+    return unknown.root.kind is Kind.SEARCH_RESULT and declaration.type.lower() != "wobjdata"
 
 
 def _stored_in(unknown: Unknown, program: Program) -> Declaration | None:
@@ -112,7 +112,7 @@ def _stored_in(unknown: Unknown, program: Program) -> Declaration | None:
 
 def _keys(unknown: Unknown) -> Iterator[str]:
     """Keys of the data in which an unknown value was stored (the last first), then of the data that caused it."""
-    yield from reversed(unknown.held)
+    yield from reversed(unknown.stored_in)
     yield unknown.key
     if isinstance(unknown.cause, Unknown):
         yield from _keys(unknown.cause)

@@ -32,14 +32,14 @@ class Choice:
         certain: those keys that every arm sets, to the same value whenever that arm is taken, also in a loop. A counter
             is not among them, nor is data that one arm sets and another does not.
         values: for each arm, the data at its end by key.
-        left: an arm may end the routine by RETURN.
+        may_return: an arm may end the routine by RETURN.
     """
 
     arms: tuple[int, ...]
     keys: frozenset[str]
     certain: frozenset[str]
     values: Mapping[int, Mapping[str, Data | None]]
-    left: bool
+    may_return: bool
 
 
 class SplitBranches:
@@ -49,13 +49,13 @@ class SplitBranches:
 
     Args:
         forced: by the place of a branch, number of the arm that this walk takes; the number of all arms: none of them.
-        found: what is known of each branch, also from earlier walks, by place.
+        choices: what is known of each branch, also from earlier walks, by place.
     """
 
-    def __init__(self, forced: Mapping[Place, int] | None = None, found: dict[Place, Choice] | None = None) -> None:
-        """Start a walk in which the branches in ``forced`` take these arms; ``found`` is shared by all walks."""
+    def __init__(self, forced: Mapping[Place, int] | None = None, choices: dict[Place, Choice] | None = None) -> None:
+        """Start a walk in which the branches in ``forced`` take these arms; ``choices`` is shared by all walks."""
         self.forced = forced or {}
-        self.found = {} if found is None else found
+        self.choices = {} if choices is None else choices
         self.taken: set[Place] = set()
 
     def again(self, place: Place) -> bool:
@@ -64,32 +64,34 @@ class SplitBranches:
         self.taken.add(place)
         return before
 
-    def met(self, place: Place, ends: Ends, keys: Set[str], written: Sequence[Set[str]], left: bool) -> None:
+    def met(self, place: Place, ends: Ends, keys: Set[str], written: Sequence[Set[str]], may_return: bool) -> None:
         """Record a branch that moves nothing and of which several arms are possible.
 
         Args:
             ends: data by key at the end of each arm, by the arm's number; None for the way on which no arm is taken.
             keys: keys of the data that the branch may change; written: those that each arm may change.
-            left: whether an arm may end the routine by RETURN.
+            may_return: whether an arm may end the routine by RETURN.
         """
         if len(ends) > MOST_COMBINATIONS:  # too many to follow, whatever they set
-            self.found[place] = Choice((), frozenset(keys), frozenset(), {}, left)
+            self.choices[place] = Choice((), frozenset(keys), frozenset(), {}, may_return)
             return
         setting = {arm: written[arm] for arm, end in ends.items() if end is not None and written[arm]}
         values = {arm: {key: (ends[arm] or {}).get(key) for key in keys} for arm in setting}
-        known = self.found.get(place)
+        known = self.choices.get(place)
         if known is None:
             set_by_all = frozenset(keys).intersection(*setting.values())
-            known = Choice((), frozenset(keys), frozenset(k for k in set_by_all if k[0] != "%"), {}, left)
+            known = Choice((), frozenset(keys), frozenset(k for k in set_by_all if k[0] != "%"), {}, may_return)
         certain = frozenset(
             key
             for key in known.certain
-            for now in [[found[key] for found in values.values()]]
+            for now in [[at_end[key] for at_end in values.values()]]
             if not any(isinstance(value, Unknown) for value in now)
-            and all(known.values.get(arm, found)[key] == found[key] for arm, found in values.items())
+            and all(known.values.get(arm, at_end)[key] == at_end[key] for arm, at_end in values.items())
         )
         arms = tuple(sorted({*known.arms, *ends}))
-        self.found[place] = Choice(arms, known.keys | keys, certain, {**values, **known.values}, known.left or left)
+        self.choices[place] = Choice(
+            arms, known.keys | keys, certain, {**values, **known.values}, known.may_return or may_return
+        )
 
     def lacking(self, events: Iterable[MotionEvent]) -> dict[Place, tuple[int, ...]]:
         """The possible arms, by place, of branches not forced that set data which some motion needs but lacks."""
@@ -98,9 +100,9 @@ class SplitBranches:
         }
         return {
             place: choice.arms
-            for place, choice in self.found.items()
+            for place, choice in self.choices.items()
             if place not in self.forced
-            and not (choice.left and choice.keys - choice.certain)
+            and not (choice.may_return and choice.keys - choice.certain)
             and not undecided.isdisjoint(choice.certain)
         }
 

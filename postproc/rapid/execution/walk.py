@@ -12,15 +12,14 @@ from dataclasses import dataclass, replace
 from postproc.diagnostics import Diagnostic, PostprocError, Source, did_you_mean
 from postproc.rapid.data.events import MotionEvent, StatementKey, executions_of
 from postproc.rapid.data.values import Data
+from postproc.rapid.evaluation.accessor import unbound_frame
 from postproc.rapid.evaluation.assign import forget
-from postproc.rapid.evaluation.call_binding import unbound_frame
 from postproc.rapid.evaluation.memory import LOST, Memory
 from postproc.rapid.evaluation.state import AT_START, start_without
 from postproc.rapid.execution.all_ways import MAX_STEPS, AllWays
 from postproc.rapid.execution.interpreter import AddedMotions
 from postproc.rapid.execution.path_splitting import Choice, Place, SplitBranches, combinations
-from postproc.rapid.motions.rough import rough_frames, rough_orientations
-from postproc.rapid.motions.wrist_flips import assume_wrist
+from postproc.rapid.motions.doubts import assume_wrist, rough_frames, rough_orientations
 from postproc.rapid.program.late_binding import late_call, may_be
 from postproc.rapid.program.program import Program, statements_of
 from postproc.rapid.syntax.nodes import Routine, Statement
@@ -73,7 +72,7 @@ def walk_program(program: Program, entry: str | None = None, added: AddedMotions
     for routine in uncalled:
         if routine.key not in run.entered:
             _start(run, routine, unknown)
-    _follow_rest(run, unknown)
+    _follow_unreached(run, unknown)
     if entry is not None:  # all after that was for nothing but whether the same statements run with other targets
         targets = {event.statement.key: event.target for event in run.recorder.events[:count]}
         others = {e.statement.key for e in run.recorder.events[count:] if targets.get(e.statement.key) != e.target}
@@ -117,7 +116,7 @@ def forgiven(finding: Diagnostic) -> Diagnostic:
     return replace(finding, severity="warning") if finding.severity == "error" else finding
 
 
-def _follow_rest(run: AllWays, unknown: Mapping[str, Data]) -> None:
+def _follow_unreached(run: AllWays, unknown: Mapping[str, Data]) -> None:
     """Follow traps and handlers, then routines with motions or calls that have not been reached.
 
     Args:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from postproc.diagnostics import Diagnostic, Matter, Severity, Source, Span
+from postproc.rapid.data.builtins import PREDEFINED
 from postproc.rapid.data.events import Argument, MotionEvent, MotionStatement
-from postproc.rapid.data.predefined import PREDEFINED
 from postproc.rapid.data.records import SpeedData
 from postproc.rapid.data.values import Data, to_zone
 from postproc.rapid.program.program import Program
@@ -31,7 +31,7 @@ _TYPES: Mapping[str, frozenset[str]] = {
 }
 _RECORDS = frozenset({"robtarget", "jointtarget", "tooldata", "wobjdata", "loaddata", "speeddata", "zonedata"})
 MOST_ROUTINES_NAMED = 3  # routines in one finding
-_WHOLE = frozenset({"tool", "work object"})  # without these nothing about the pose is known
+_POSE_DATA = frozenset({"tool", "work object"})  # without these nothing about the pose is known
 
 
 class Missing:
@@ -49,7 +49,7 @@ class Missing:
         """Report why an argument has no value if users can help it: an undeclared name, or numbers that are refused.
 
         Args:
-            error: why it has no value; found: gets the finding, beside ``diagnostics``.
+            error: why it has no value; findings: gets the finding, beside ``diagnostics``.
         """
         if argument is None:
             return
@@ -75,7 +75,7 @@ class Missing:
         """Report RAP024 once for numbers that the controller refuses, at the declaration or the statement.
 
         Args:
-            error: why it refuses them; found: gets the finding, beside ``diagnostics``.
+            error: why it refuses them; findings: gets the finding, beside ``diagnostics``.
         """
         name = argument.text.split("{")[0].strip()
         declaration = self.program.declaration(name, statement.module, statement.routine)
@@ -97,7 +97,7 @@ class Missing:
         The targets do not depend on it, only the timing of the motion.
 
         Args:
-            error: why it is not known; found: gets the finding, beside ``diagnostics``.
+            error: why it is not known; findings: gets the finding, beside ``diagnostics``.
         """
         if not self.is_news(f"{argument.role} {argument.text}"):
             return
@@ -115,7 +115,7 @@ class Missing:
         """Report RAP022 once for VelSet, ConfL and ConfJ if their state is not known, with what is taken instead.
 
         Args:
-            state: values by ``@`` key; found: gets the findings, beside ``diagnostics``.
+            state: values by ``@`` key; findings: gets the findings, beside ``diagnostics``.
         """
         for key, assumed in _ASSUMED.items():
             value = state.get(key)
@@ -158,7 +158,7 @@ def undeclared(what: str, name: str, source: Source, span: Span, meant: str) -> 
         what: kind of data (tool, work object, target, data); an error for the first two, else a warning.
         meant: "did you mean" question for a misspelt name, or empty.
     """
-    severity: Severity = "error" if what in _WHOLE else "warning"  # other data leaves single statements alone
+    severity: Severity = "error" if what in _POSE_DATA else "warning"  # other data leaves single statements alone
     give = (
         f"give the file that declares `{name}` too (`--with FILE`), often user.sys, CalibData.mod or another task's; "
     )

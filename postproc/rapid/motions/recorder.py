@@ -8,9 +8,8 @@ from dataclasses import replace
 from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey
 from postproc.rapid.data.records import JointTarget, RobTarget
 from postproc.rapid.evaluation.memory import LOST, NOWHERE, Memory
-from postproc.rapid.motions.elements import IndexValues, elements
-from postproc.rapid.motions.events_of import EventMaker
-from postproc.rapid.motions.regressors import Numbers, named_numbers
+from postproc.rapid.motions.events_of import EventMaker, Numbers, named_numbers
+from postproc.rapid.motions.targets import IndexValues, elements
 from postproc.rapid.unknown import Kind
 
 MOST_KEPT = 256  # places where the arm may stand, of a program with a thousand branches

@@ -7,16 +7,16 @@ from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 from postproc.diagnostics import Diagnostic
+from postproc.rapid.data.builtins import PREDEFINED
 from postproc.rapid.data.events import Argument, MotionStatement, StatementShape
-from postproc.rapid.data.predefined import PREDEFINED
 from postproc.rapid.data.records import LoadData, SpeedData, ToolData, Weld, WobjData, ZoneData
 from postproc.rapid.data.values import Data, Value, to_load, to_speed, to_tool, to_wobj, to_zone
-from postproc.rapid.evaluation.call_binding import passed_on
+from postproc.rapid.evaluation.accessor import passed_on
 from postproc.rapid.evaluation.evaluate import evaluate
 from postproc.rapid.evaluation.memory import Memory
 from postproc.rapid.motions.missing import UNKNOWN_SPEED, UNKNOWN_ZONE, Missing
 from postproc.rapid.program.program import Program
-from postproc.rapid.syntax.expressions import read_whole_expression
+from postproc.rapid.syntax.expressions import read_full_expression
 from postproc.rapid.unknown import Invalid, Kind, Unknown
 
 T = TypeVar("T")
@@ -55,7 +55,7 @@ class SettingsReader:
         change.
 
         Args:
-            reasons: gets why some of them have no value; found: gets the findings about it.
+            reasons: gets why some of them have no value; findings: gets the findings about it.
         """
         shape, routine = statement.shape, memory.frame.routine
         lasting = shape.words.isdisjoint(memory.frame.varying())
@@ -117,7 +117,7 @@ class SettingsReader:
         low = argument.text.strip().lower()
         if key in self.fixed and low not in memory.frame.bindings:
             return self.fixed[key]
-        tree = read_whole_expression(routine.source.data, *argument.span, f"`{argument.text}`")
+        tree = read_full_expression(routine.source.data, *argument.span, f"`{argument.text}`")
         value = evaluate(tree, memory)
         wanted = _KINDS.get(argument.role)
         if wanted is not None and value.type not in ("", wanted) and value.type in _KINDS.values():

@@ -48,7 +48,7 @@ def read_arguments(data: bytes, start: int, end: int) -> tuple[Piece, ...]:
             )
         elif expression[0] < expression[1]:
             pieces.append(("", expression, expression))
-        if patterns.PLAIN_REST.fullmatch(data, at, end):  # as most statements go on after their target
+        if patterns.PLAIN_ARGUMENTS.fullmatch(data, at, end):  # as most statements go on after their target
             for word in data[at + 1 : end].split(b","):
                 span = (at + 1, at + 1 + len(word))
                 pieces.append(("", span, span))

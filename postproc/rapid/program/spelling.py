@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable
 
 from postproc.diagnostics import did_you_mean
-from postproc.rapid.data.predefined import PREDEFINED
+from postproc.rapid.data.builtins import PREDEFINED
 from postproc.rapid.program.program import Program, statements_of
 
 SURE_SIMILARITY = 0.8  # of two long names that mean different things, most letters are the same, too

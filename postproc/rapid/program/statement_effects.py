@@ -1,22 +1,39 @@
-"""What one statement may write and run, without the statements inside it and without what the called routines do."""
+"""What one statement may write and which routines it may run; which functions do more than calculate."""
 
 from __future__ import annotations
 
 import re
 from bisect import bisect_left
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 
 from postproc.diagnostics import Source, Span
-from postproc.grouping import grouped
+from postproc.grouping import closure, grouped
+from postproc.rapid.data.builtins import FUNCTIONS, RUN_TIME
 from postproc.rapid.data.events import MotionStatement
 from postproc.rapid.program.arguments import BY_REFERENCE, Piece, argument_name, component_path, paired, read_arguments
-from postproc.rapid.program.function_effects import called_in, writing_functions
-from postproc.rapid.program.instructions import KNOWN_INSTRUCTIONS, LASTING, READ_ONLY, STATE_OF_INSTRUCTION, WRITTEN
-from postproc.rapid.program.late_binding import BY_NAME, LATE, Template, late_call, may_be, named_by_text, text_template
-from postproc.rapid.program.program import Program
-from postproc.rapid.program.signatures import SIGNATURES
+from postproc.rapid.program.late_binding import (
+    BY_NAME,
+    LATE,
+    STRING_LITERAL,
+    Template,
+    late_call,
+    may_be,
+    named_by_text,
+    text_template,
+)
+from postproc.rapid.program.program import Program, statements_of
+from postproc.rapid.program.signatures import (
+    COUNTING,
+    KNOWN_INSTRUCTIONS,
+    LASTING,
+    READ_ONLY,
+    SIGNATURES,
+    STATE_OF_INSTRUCTION,
+    WRITTEN,
+)
 from postproc.rapid.syntax.nodes import Declaration, Routine, Statement
+from postproc.rapid.syntax.tokens import word_set
 
 UNSEEN = "@unseen"  # all that code in none of the files may write (see ``WriteEffects.exposed``)
 
@@ -41,6 +58,7 @@ class StatementEffect:
 
 NO_EFFECT = StatementEffect()
 _MOVES = StatementEffect(frozenset({"@moves"}))
+_ASSIGNED = re.compile(rb"(?<![\w\x80-\xff])([A-Za-z_\x80-\xff][\w\x80-\xff]*+)\s*+:=")
 
 
 class EffectReader:
@@ -68,7 +86,7 @@ class EffectReader:
         self._procedures = grouped((r.name.lower(), r) for r in program.all_routines() if r.kind == "PROC")
         self._functions: dict[tuple[str, Span], StatementEffect] = {}
 
-    def own(self, statement: Statement, routine: Routine) -> StatementEffect:
+    def of_statement(self, statement: Statement, routine: Routine) -> StatementEffect:
         """Effect of a motion, call, assignment or unreadable text, without the functions in its expressions.
 
         Other statements have none.
@@ -87,8 +105,8 @@ class EffectReader:
         elif statement.kind == "call":
             reading.call(statement)
         else:
-            for name in _assigned_in(routine.source, statement.span):
-                reading.add(name)
+            for match in _ASSIGNED.finditer(data[slice(*statement.span)]):  # in text that could not be read
+                reading.add(match[1].decode("latin-1").lower())
         return reading.effect()
 
     def _of_motion(self, motion: MotionStatement, routine: Routine) -> StatementEffect:
@@ -253,9 +271,91 @@ class _Reading:
                 self.reader.lasting |= self.keys
 
 
-def _assigned_in(source: Source, span: Span) -> Iterator[str]:
-    """Lower-case names that stand before ``:=`` in text that could not be read."""
-    for match in re.finditer(
-        rb"(?<![\w\x80-\xff])([A-Za-z_\x80-\xff][\w\x80-\xff]*+)\s*+:=", source.data[span[0] : span[1]]
-    ):
-        yield match[1].decode("latin-1").lower()
+# Functions that only read their arguments, beside those that are worked out here (``FUNCTIONS``) and known at run time,
+# of which GetNextSym writes.
+READING = word_set("""
+    absdnum and argname atandnum bitand bitanddnum bitcheck bitcheckdnum bitlsh bitlshdnum bitneg bitnegdnum
+    bitor bitordnum bitrsh bitrshdnum bitxor bitxordnum bytetostr calcjointt calcrobt calcrotaxframez
+    calcrotaxisframe cosdnum crossprod dectohex defaccframe div dnumtostr hextodec ispers isvar max min mirpos
+    mod modtime modtimednum not or powdnum present rawbyteslen rounddnum sindnum sqrtdnum strdigcalc strdigcmp
+    strfind strmap strmatch strmemb strorder strtobyte tandnum truncdnum type xor
+    """).union(FUNCTIONS, RUN_TIME) - {"getnextsym"}
+# The look-behind keeps the search from starting again at every letter of a long word.
+_CALLED = re.compile(rb"(?<![\w\x80-\xff])([A-Za-z_\x80-\xff][\w\x80-\xff]*+)\s*+\(")
+
+
+def writing_functions(source: Source, program: Program) -> re.Pattern[bytes] | None:
+    """A pattern that matches calls in this file of functions that may write data; None if there is none.
+
+    They are the program's own functions and those in none of the files, except the controller's that only read.
+    """
+    names = {name.lower() for name in _CALLED.findall(source.data)} - {name.encode() for name in READING}
+    kinds = {r.name.lower().encode("latin-1"): r.kind for r in program.all_routines()}
+    return _calls_of({name for name in names if kinds.get(name, "FUNC") == "FUNC"})
+
+
+def called_in(functions: re.Pattern[bytes], statement: Statement, data: bytes) -> Iterator[tuple[str, Span]]:
+    """Name and span of the arguments of each call, in a statement's own expressions, that the pattern matches.
+
+    Args:
+        functions: a pattern of ``writing_functions``; data: bytes of the statement's file.
+    """
+    for start, end in _expressions(statement):
+        if not functions.search(data, start, end):
+            continue
+        text = STRING_LITERAL.sub(lambda quoted: b" " * len(quoted[0]), data[start:end])
+        closing = _closings(text)
+        for match in functions.finditer(text):
+            yield match[1].decode("latin-1"), (start + match.end(), start + closing.get(match.end() - 1, len(text)))
+
+
+def acting_functions(
+    routines: Mapping[str, Routine], changed: Mapping[str, Set[str]], callers: Mapping[str, Iterable[str]]
+) -> re.Pattern[bytes] | None:
+    """A pattern that matches calls of the program's functions that do more than calculate; None if there is none.
+
+    They wait, set a signal, move the arm or write lasting data, or call a routine that does.
+
+    Args:
+        routines: by key; changed: by key of a routine, keys of the data that it changes; callers: by key of a routine,
+            keys of the routines that call it.
+    """
+    names = {routine.name.lower() for routine in routines.values()}.union(COUNTING)
+    direct = set()
+    for key, routine in routines.items():
+        referred = {"%" + p.name for p in routine.parameters if p.mode in BY_REFERENCE}
+        lasting = any(k in referred or ("%" not in k and k.split(".")[1:2] in ([], [""])) for k in changed[key])
+        if lasting or any(s.kind == "call" and s.word not in names for s in statements_of(routine)):
+            direct.add(key)
+    acting = closure(direct, lambda key: callers.get(key, ()))
+    return _calls_of({routines[k].name.lower().encode("latin-1") for k in acting if routines[k].kind == "FUNC"})
+
+
+def _calls_of(names: Set[bytes]) -> re.Pattern[bytes] | None:
+    """A pattern of a call of one of these functions up to its parenthesis, whatever the case; None without names.
+
+    Group 1 of a match is the name.
+    """
+    words = b"|".join(map(re.escape, sorted(names)))
+    return re.compile(rb"(?<![\w\x80-\xff.])(" + words + rb")\s*\(", re.IGNORECASE) if names else None
+
+
+def _expressions(statement: Statement) -> Iterator[Span]:
+    """Spans of a statement's own expressions; of a call everything behind its name."""
+    if statement.kind == "call":
+        yield statement.span[0] + len(statement.word), statement.span[1]
+    yield from statement.parts
+    for branch in statement.branches:
+        yield from branch.conditions
+
+
+def _closings(text: bytes) -> dict[int, int]:
+    """Offset of the closing parenthesis by the offset of its opening one; those that are not closed are missing."""
+    closings: dict[int, int] = {}
+    opened: list[int] = []
+    for mark in re.finditer(rb"[()]", text):
+        if mark[0] == b"(":
+            opened.append(mark.start())
+        elif opened:
+            closings[opened.pop()] = mark.start()
+    return closings

@@ -7,11 +7,17 @@ from functools import cached_property
 
 from postproc.diagnostics import Span
 from postproc.rapid.program.from_the_arm import FromTheArm
-from postproc.rapid.program.function_effects import acting_functions
-from postproc.rapid.program.instructions import SETTERS
 from postproc.rapid.program.program import Program, statements_in, statements_of
 from postproc.rapid.program.scopes import is_shared, shared_name
-from postproc.rapid.program.statement_effects import NO_EFFECT, UNSEEN, CalledWith, EffectReader, StatementEffect
+from postproc.rapid.program.signatures import SETTERS
+from postproc.rapid.program.statement_effects import (
+    NO_EFFECT,
+    UNSEEN,
+    CalledWith,
+    EffectReader,
+    StatementEffect,
+    acting_functions,
+)
 from postproc.rapid.syntax.nodes import Declaration, Routine, Statement
 
 _GOES_ON = (b"retry", b"trynext", b"return")  # how a handler begins a statement behind which the program goes on
@@ -77,8 +83,8 @@ class WriteEffects:
             if _goes_on(body, routine)
         ]
         self.interrupting = frozenset[str]().union(*traps)
-        written_here = (k for keys in (*traps, *handlers, self.direct.lasting) for k in keys if k[0] not in "%@")
-        self.volatile = self.elsewhere.union(written_here)
+        written_any_time = (k for keys in (*traps, *handlers, self.direct.lasting) for k in keys if k[0] not in "%@")
+        self.volatile = self.elsewhere.union(written_any_time)
         self.unseen_any_time = any(UNSEEN in keys for keys in (*traps, *handlers, self.started))
 
     def paths(self, declaration: Declaration) -> Sequence[tuple[str, ...]]:
@@ -153,7 +159,7 @@ class WriteEffects:
     def _effects(self, statements: Sequence[Statement], routine: Routine) -> list[StatementEffect]:
         """The effects of statements of a routine, and of the functions in them, without those that have none."""
         reader = self.direct
-        effects = [reader.own(statement, routine) for statement in statements]
+        effects = [reader.of_statement(statement, routine) for statement in statements]
         if routine.source.path in reader.calling:
             effects += [reader.functions(statement, routine) for statement in statements]
         return [effect for effect in effects if effect is not NO_EFFECT]

@@ -71,7 +71,7 @@ def read_expression(data: bytes, start: int, end: int) -> Expression:
     return _Reader(data, start, end).binary(0)
 
 
-def read_whole_expression(data: bytes, start: int, end: int, what: str = "the expression") -> Expression:
+def read_full_expression(data: bytes, start: int, end: int, what: str = "the expression") -> Expression:
     """Read the expression that fills ``data[start:end]``.
 
     Args:
@@ -145,19 +145,19 @@ class _Reader:
             level: one of ``PRECEDENCE``, or 0.
         """
         self.deeper()
-        left = self.negated(level) if self.kind == "name" and self.word.lower() == "not" else self.signed()
+        lhs = self.negated(level) if self.kind == "name" and self.word.lower() == "not" else self.signed()
         while True:
             operator = self.word.lower()
             rank = PRECEDENCE.get(operator, 0) if self.kind in ("operator", "name") else 0
             if rank <= level:
                 self.depth -= 1
-                return left
+                return lhs
             self.step()
             self.operators += 1
             if self.operators > MAX_OPERATORS:
                 raise ExpressionError("the expression is too long")
-            right = self.binary(rank)
-            left = Binary((left.span[0], right.span[1]), operator, left, right)
+            rhs = self.binary(rank)
+            lhs = Binary((lhs.span[0], rhs.span[1]), operator, lhs, rhs)
 
     def negated(self, level: int) -> Expression:
         """Read NOT and its operand.
@@ -227,7 +227,8 @@ class _Reader:
             return Number(span, number(word))
         if kind == "string":
             self.step()
-            return StringNode(span, unquote(word))
+            # Quotes and backslashes are doubled in text; character codes ``\hh`` stay as written.
+            return StringNode(span, word[1:-1].replace('""', '"').replace("\\\\", "\\"))
         if kind == "name":
             self.step()
             low = word.lower()
@@ -268,8 +269,3 @@ class _Reader:
             if not (self.take(",") or self.word in (")", "\\")):
                 raise ExpressionError(f"`,` is missing before `{self.word}`")
         return Call((span[0], self.last), name.lower(), tuple(arguments), tuple(options), name)
-
-
-def unquote(literal: str) -> str:
-    r"""Value of a string literal, doubled quotes and backslashes single; character codes ``\hh`` stay as written."""
-    return literal[1:-1].replace('""', '"').replace("\\\\", "\\")

@@ -6,7 +6,6 @@ import re
 
 from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.rapid.syntax import patterns
-from postproc.rapid.syntax.cursor import text
 from postproc.rapid.syntax.nodes import Declaration, Module, Record, Routine, RoutineParameter
 from postproc.rapid.syntax.statements import (
     BLOCK_ENDS,
@@ -15,6 +14,7 @@ from postproc.rapid.syntax.statements import (
     ROUTINE_ENDS,
     ROUTINE_WORDS,
     StatementReader,
+    text,
 )
 from postproc.rapid.syntax.tokens import skip
 
@@ -43,7 +43,9 @@ class FileReader(StatementReader):
                 )
                 stray = None
             if module is not None:
-                modules.append(self.module_at(module))
+                self.at = module.end()
+                attributes = tuple(re.findall(r"\w+", text(module[2]).upper())) if module[2] else ()
+                modules.append(self.items(text(module[1]), module.span(), attributes))
             elif inside:
                 message = "data or routines stand outside a MODULE"
                 help_ = "put them between MODULE and ENDMODULE; the controller does not load them otherwise"
@@ -55,12 +57,6 @@ class FileReader(StatementReader):
                 stray = start if stray is None else stray
                 line = patterns.TO_LINE_END.match(self.data, start)
                 self.at = max(line.end() if line else start, start + 1)
-
-    def module_at(self, head: re.Match[bytes]) -> Module:
-        """Read the module whose head (``MODULE name(attributes)``) this match of ``MODULE_HEAD`` is."""
-        self.at = head.end()
-        attributes = tuple(re.findall(r"\w+", text(head[2]).upper())) if head[2] else ()
-        return self.items(text(head[1]), head.span(), attributes)
 
     def items(self, name: str, head: Span, attributes: tuple[str, ...]) -> Module:
         """Read data, routines and records up to and including ENDMODULE, or to the end of the file, as a module.

@@ -89,7 +89,7 @@ TARGET = re.compile(
     + rb")"
 )
 # Arguments that are names, nothing else between them than commas.
-PLAIN_REST = re.compile(rb",[A-Za-z_]\w*+" + many(rb",[A-Za-z_]\w*+"))
+PLAIN_ARGUMENTS = re.compile(rb",[A-Za-z_]\w*+" + many(rb",[A-Za-z_]\w*+"))
 # One step through an expression (group 1: blank or comment), and an expression up to a comma.
 TOKEN = re.compile(rb"(" + BLANK + many(BLANK) + rb"|" + COMMENT + rb")|" + STRING + rb"|[^\s!\"]++|[\x00-\xff]")
 PART = re.compile(many(rb"[^\[\](){}\"!,]++|" + STRING + rb"|" + COMMENT + rb"|" + BRACKETED))

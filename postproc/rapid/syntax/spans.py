@@ -47,5 +47,5 @@ class TargetSpans:
     """
 
     source: Source
-    whole: Span
+    span: Span
     rough: bool = False

@@ -95,8 +95,8 @@ class Binary(Node):
     """Two operands; the operator is in lower case."""
 
     operator: str
-    left: Expression
-    right: Expression
+    lhs: Expression
+    rhs: Expression
 
 
 Expression = Number | StringNode | Truth | Star | Name | Index | Component | Aggregate | Call | Unary | Binary
@@ -112,8 +112,8 @@ def nodes(tree: Expression) -> Iterator[Expression]:
             inside = (base,)
         case Aggregate(_, items):
             inside = items
-        case Binary(_, _, left, right):
-            inside = (left, right)
+        case Binary(_, _, lhs, rhs):
+            inside = (lhs, rhs)
         case Call(_, _, arguments, options):
             inside = (*arguments, *(value for _, value in options if value is not None))
         case _:

@@ -16,7 +16,7 @@ from postproc.channels.units import unit_of
 from postproc.effects.asking import displacement_of, load_of
 from postproc.effects.base import Effect
 from postproc.estimation.fitted import Fit
-from postproc.identification.trends import LEAST_LEVER_M
+from postproc.identification.compare import LEAST_LEVER_M
 from postproc.model.derivatives.places import BODY, INSTRUMENT, JOINT, PLACES, TOOL, displacement_parts, flat
 from postproc.report.drawing.charts import DrawnCurve, scatter
 from postproc.robot.kinematics import body_poses

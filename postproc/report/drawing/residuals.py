@@ -11,14 +11,12 @@ import numpy as np
 from postproc.channels.units import unit_of
 from postproc.estimation.fitted import Fit
 from postproc.grouping import grouped
-from postproc.identification.compare import worst_rows
+from postproc.identification.compare import LEAST_LEVER_M, Trend, joint_inverse, residual_trends, worst_rows
 from postproc.identification.diagnosis import suspect_size
 from postproc.identification.screen.suspects import Suspect
-from postproc.identification.trends import LEAST_LEVER_M, Trend, joint_inverse, residual_trends
 from postproc.measure.errors import distances
 from postproc.report.blocks import Chart, Section
-from postproc.report.drawing.charts import Bins, scatter
-from postproc.report.drawing.svg import Range, spread
+from postproc.report.drawing.charts import Bins, Range, scatter, spread
 
 HOW = (
     "Points: each pose, less the mean. Red: means with their standard errors; rings: the worst poses. "
@@ -128,7 +126,7 @@ def _best(trends: Iterable[Trend]) -> list[Trend]:
     Args:
         trends: the one that is wanted first; of the others the strongest first.
     """
-    return [some[0] for some in grouped((trend.channel, trend) for trend in trends).values()]
+    return [group[0] for group in grouped((trend.channel, trend) for trend in trends).values()]
 
 
 def _unit_at(where: str) -> str:
@@ -160,22 +158,22 @@ def _charts(
     for trend in trends:
         channel, (unit, factor) = trend.channel, unit_of(trend.channel)
         values, centre = named[channel] * factor, trend.centre * factor
-        gain, ours, place = 1e3, "mm", "in space"
+        gain, unit_y, place = 1e3, "mm", "in space"
         if trend.where != "space":
-            ours, place = "mrad", f"at {trend.where}"
+            unit_y, place = "mrad", f"at {trend.where}"
             gain = 1e3 if joint else at_joint[int(trend.where[-1]) - 1]
         rows = zip(centre, trend.mean, trend.spread, strict=True)
-        text = [f"{channel} {x:.4g} {unit}: mean {m:+.4f} +- {e:.4f} {ours}" for x, m, e in rows]
+        text = [f"{channel} {x:.4g} {unit}: mean {m:+.4f} +- {e:.4f} {unit_y}" for x, m, e in rows]
         chart = scatter(
             values,
             trend.values,
             f"{channel} [{unit}]" if unit else channel,
-            f"{ours} {place}",
+            f"{unit_y} {place}",
             noise=None if noise is None else 2 * noise * gain,
             title=f"{channel}: {100 * trend.share:.0f} % of the error {place}",
             bins=Bins(centre, trend.mean, trend.spread, text),
             marks=[
-                (i, f"{pose_name(fit, i)}: {trend.values[i]:+.4f} {ours} at {channel} {values[i]:.4g} {unit}")
+                (i, f"{pose_name(fit, i)}: {trend.values[i]:+.4f} {unit_y} at {channel} {values[i]:.4g} {unit}")
                 for i in worst
             ],
             across=ranges.get((channel, trend.where)),

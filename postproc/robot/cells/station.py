@@ -97,26 +97,26 @@ class Station:
         They are those of a model file: a slide goes along x, a turn about z. A controller's joint that moves another
         way is turned there by the smallest rotation, in the axes of the base with all axes at zero.
         """
-        at_zero, found = self._joint_frames(np.zeros((1, 6))), {}
+        at_zero, frames_by_axis = self._joint_frames(np.zeros((1, 6))), {}
         for axis, frames in self._joint_frames(positions).items():
             joint, R = self.joints[axis], at_zero[axis][0][0, :3, :3]
             identity = np.eye(4)
             if not np.allclose(joint.direction, joint.way) and np.isfinite(R).all():
                 stated, _ = Rotation.align_vectors([R @ joint.direction], [joint.way])
                 identity[:3, :3] = R.T @ stated.as_matrix()
-            found[axis] = frames[0] @ identity, frames[1] @ identity
-        return found
+            frames_by_axis[axis] = frames[0] @ identity, frames[1] @ identity
+        return frames_by_axis
 
     def _joint_frames(self, positions: Array) -> dict[str, tuple[Array, Array]]:
         """Return the frames that `axis_frames` turns: those in the axes of the controller's joints."""
         T_base_world = invert(self.base(positions))
-        found = {}
+        frames_by_axis = {}
         for name in self.units:
             frames = self._world_frames(name, positions)[1:]
             for joint, (before, after) in zip(self.cell.unit(name).joints, frames, strict=True):
                 if joint.axis is not None:
-                    found[joint.axis] = T_base_world @ before, T_base_world @ after
-        return found
+                    frames_by_axis[joint.axis] = T_base_world @ before, T_base_world @ after
+        return frames_by_axis
 
     def positions(self, extax: Array) -> Array:
         """Convert ``extax`` (n, 6) [mm], [deg] to positions (n, 6) [m], [rad]; NaN for axes that the task has not."""

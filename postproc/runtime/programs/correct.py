@@ -6,28 +6,33 @@ and the list of what it has left.
 
 from __future__ import annotations
 
-from collections.abc import Set
+from collections.abc import Sequence, Set
 from dataclasses import replace
 
 import numpy as np
 
-from postproc.arrays import Array
+from postproc.arrays import Array, invert
 from postproc.compensation.conversion import Conversion, Draft, JudgedProgram, Refused, RunTimeFigures
 from postproc.compensation.judgement.outcomes import unknown_outcomes
 from postproc.compensation.options import Options
 from postproc.compensation.reading import IMPOSSIBLE, IN_SEAM
 from postproc.convert import PROOF, prove
 from postproc.diagnostics import Diagnostic, Source
-from postproc.rapid.data.events import StatementKey
-from postproc.rapid.motions.units import MM, tool_matrix
+from postproc.model.arm import Model
+from postproc.motion.path.moves import read_moves
+from postproc.motion.values import Move, mounts_of
+from postproc.rapid.data.events import MotionEvent, StatementKey
+from postproc.rapid.data.records import RobTarget
+from postproc.rapid.motions.units import MM, target_poses, tool_matrix, via_matrix
 from postproc.rapid.program.program import read_program
 from postproc.render.header import render_outputs
+from postproc.robot.inverse import nearest_solution
 from postproc.runtime.conditions import Conditions
 from postproc.runtime.module import NAME
-from postproc.runtime.programs.applied import apply_module
 from postproc.runtime.programs.program import payload_edits, reads_back, reset_edits, say_unfit
-from postproc.runtime.programs.reach import Reach, counted, without_shared_values
-from postproc.runtime.proof.chord import LINE_M
+from postproc.runtime.programs.reach import WELDING, Reach, counted, without_shared_values
+from postproc.runtime.proof.calls import Caller, FunctionCall
+from postproc.runtime.proof.check import LINE_M
 from postproc.runtime.written import RunTimeModule, write_module
 from postproc.watch import Watch
 
@@ -165,3 +170,73 @@ def _figures(
         max_chord_error_mm_per_m2=1e3 * chord.per_square_metre,
         cost=module.cost,
     )
+
+
+def apply_module(
+    module: Source, model: Model, events: Sequence[MotionEvent], chosen: Set[int], free_axes: str = ""
+) -> list[MotionEvent]:
+    """Events with the targets that the module's function gives for chosen ones; other targets stay as they are.
+
+    It is calculated in single precision, as on a controller.
+
+    Args:
+        module: text of the run-time module; model: the arm that the program drives.
+        events: all of a program.
+        chosen: indices of the events whose target is corrected.
+        free_axes: letters of external axes that carry neither the robot nor its work.
+
+    Raises:
+        PostprocError: RUN003, the module holds what cannot be calculated.
+    """
+    driven = list(events)
+    moves = [
+        m
+        for m in read_moves(model.robot, events, free_axes, model.station)[0]
+        if m.row in chosen and m.resumes_from is None and isinstance(m.event.target, RobTarget)
+        if m.event.tool.robhold and not m.event.wobj.robhold  # the function returns other targets as they came
+    ]
+    if not moves:
+        return driven
+    caller = Caller(module, model)
+    answers = [caller.call(_call(m, m.q)) for m in moves]
+    poses = target_poses([m.event for m in moves], _on_work(moves, np.array([a.pose for a in answers])))
+    for move, answer, pose in zip(moves, answers, poses, strict=True):
+        target = move.event.target
+        if answer.reason == 0 and isinstance(target, RobTarget):
+            target = replace(target, trans=pose.trans, rot=pose.rot, robconf=answer.target.robconf)
+        via = _circle_point(caller, model, move)
+        driven[move.row] = replace(move.event, target=target, via=via)
+    return driven
+
+
+def _call(move: Move, q: Array, end: Array | None = None) -> FunctionCall:
+    """Arguments of the correcting function for one target of a move.
+
+    Args:
+        q: (6,) joint angles [rad] at the target, or at the circle point of an arc.
+        end: (6,) joint angles [rad] at the end of the arc; None if the target is no circle point.
+    """
+    event = move.event
+    welding = event.statement.signature.phase in WELDING
+    return FunctionCall(q, event.tool, event.gripload, welding, end, event.in_force.total_load)
+
+
+def _circle_point(caller: Caller, model: Model, move: Move) -> RobTarget | None:
+    """The circle point of a move as the function gives it; None without one."""
+    via = move.event.via
+    if via is None:
+        return None
+    q = nearest_solution(model.robot, mounts_of([move]).flange(via_matrix(move.event)[None])[0], move.q)
+    if not np.isfinite(q).all():
+        return via
+    answer = caller.call(_call(move, q, move.q))
+    if answer.reason != 0:
+        return via
+    (pose,) = target_poses([move.event], _on_work([move], answer.pose[None]))
+    return replace(via, trans=pose.trans, rot=pose.rot)
+
+
+def _on_work(moves: Sequence[Move], T_base_tcp: Array) -> Array:
+    """Convert TCP poses (n, 4, 4) from the base frame to the frame of the work in each of n moves."""
+    mounts = mounts_of(moves)
+    return mounts.work(T_base_tcp @ invert(mounts.T_mount_tcp))

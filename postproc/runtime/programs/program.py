@@ -12,13 +12,13 @@ from postproc.model.arm import Model
 from postproc.rapid.program.arguments import read_arguments
 from postproc.rapid.program.program import Program, names_of, statements_of
 from postproc.rapid.syntax.edits import Edit
-from postproc.rapid.syntax.expressions import read_whole_expression
+from postproc.rapid.syntax.expressions import read_full_expression
 from postproc.rapid.syntax.modules import parse
 from postproc.rapid.syntax.nodes import Routine, Statement
 from postproc.rapid.syntax.tokens import names_at
 from postproc.rapid.syntax.trees import Call
 from postproc.rapid.unknown import Unknown
-from postproc.render.lines import line_style
+from postproc.render.text import line_style
 
 PAYLOAD = "ppPayload"
 TRIED, LEVEL = 64, 0.01  # positions of external axes, change of gravity [m/s2] that is none
@@ -80,7 +80,7 @@ def _calls(text: str, argument: str) -> bool:
     """Whether a text is a call of the correcting function whose first argument is ``argument``."""
     data = text.encode("latin-1")
     try:
-        tree = read_whole_expression(data, 0, len(data))
+        tree = read_full_expression(data, 0, len(data))
     except Unknown:
         return False
     if not isinstance(tree, Call) or tree.name not in CORRECTING:

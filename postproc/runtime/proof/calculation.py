@@ -10,8 +10,7 @@ from collections.abc import Sequence
 from postproc.diagnostics import Diagnostic, PostprocError, Source, Span
 from postproc.rapid.data.arm import ControllerArm
 from postproc.rapid.data.values import Data, Value
-from postproc.rapid.evaluation.accessor import Accessor
-from postproc.rapid.evaluation.call_binding import unbound_frame
+from postproc.rapid.evaluation.accessor import Accessor, unbound_frame
 from postproc.rapid.evaluation.evaluate import evaluate, pick
 from postproc.rapid.evaluation.memory import Memory
 from postproc.rapid.evaluation.state import AT_START

@@ -40,7 +40,7 @@ STEP = 1e-6
 def bic(one: Set) -> dict[str, Any]:
     """The form of the library that lowers n log(RSS / n) + k log(n) most, refitted, and again while it falls."""
     fit = base_fit(one)
-    classes = {k: c for k, c in effect_library().items() if k != "outlier" and not c.missing(one.data.state)}
+    classes = {k: c for k, c in effect_library().items() if k not in ("outlier", "curve") and not c.null().missing(one.data.state)}
     named: list[str] = []
     while len(named) < MOST:
         linear, best, chosen = fit.linear, 0.0, None
@@ -48,7 +48,10 @@ def bic(one: Set) -> dict[str, Any]:
         for key in (k for k in classes if fit.model.effect(k) is None):
             for form in forms_of(fit.problem, classes[key]):
                 inside = linear.project(form.columns)
-                left = linear.projected_residual - inside @ np.linalg.lstsq(inside, linear.projected_residual, rcond=1e-6)[0]
+                left = (
+                    linear.projected_residual
+                    - inside @ np.linalg.lstsq(inside, linear.projected_residual, rcond=1e-6)[0]
+                )
                 count = int(form.refit.sum())
                 gained = n * np.log(linear.square / float(left @ left)) - count * np.log(n)
                 if gained > best:

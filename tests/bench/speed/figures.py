@@ -276,8 +276,7 @@ def pages(sizes: Sizes, n: int) -> list[Figure]:
 
 def batches(sizes: Sizes) -> list[Figure]:
     """Two workers beside one on many small programs, by the clock."""
-    from tests.batch.folders import programs
-    from tests.batch.killing import start
+    from tests.batch.build import programs, start
 
     def timed(source: Path, out: Path, workers: int) -> float:
         begin = time.perf_counter()

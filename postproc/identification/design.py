@@ -1,0 +1,258 @@
+"""Which poses tell most: where they may be, and the regressions that compare them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.diagnostics import PostprocError
+from postproc.effects.base import Effect
+from postproc.estimation.fitted import Fit
+from postproc.estimation.problem import Problem
+from postproc.estimation.solving.determined import WIDE
+from postproc.estimation.solving.step import Name
+from postproc.identification.screen.candidate import Screen
+from postproc.identification.screen.composition import compose
+from postproc.identification.screen.forms import ordinary
+from postproc.identification.screen.nonlinear import refit_form
+
+
+@dataclass(frozen=True)
+class Room:
+    """Where poses may be.
+
+    Args:
+        region: (2, 3) lowest and highest x, y, z of the TCP in the base frame [m].
+        candidates: (c, 6) joint angles [rad] of the only poses that may be chosen; axes: (c, 6) where the external axes
+            stand at them [m], [rad].
+        sight: half the opening angle [rad] of the reflector on the tool, whose axis is +z of the tool: the instrument
+            must stand inside that cone.
+        measured_range: joints stay inside the range of the data so far.
+    """
+
+    region: Array | None = None
+    candidates: Array | None = None
+    sight: float | None = None
+    measured_range: bool = False
+    axes: Array | None = None
+
+    def holds(self, problem: Problem) -> NDArray[np.bool_]:
+        """Return (n,) mask of the poses of a problem that are inside the region and in sight of the instrument."""
+        T = problem.equilibrium.T_base_tcp
+        good = np.ones(len(T), dtype=bool)
+        if self.region is not None:
+            good &= ((T[:, :3, 3] >= self.region[0]) & (T[:, :3, 3] <= self.region[1])).all(axis=1)
+        if self.sight is not None:
+            seen = problem.T_instrument_tcp
+            # The instrument is the origin of its own frame.
+            toward = -seen[:, :3, 3] / np.maximum(np.linalg.norm(seen[:, :3, 3], axis=1), 1e-9)[:, None]
+            good &= np.einsum("ni,ni->n", toward, seen[:, :3, 2]) >= np.cos(self.sight)
+        return good
+
+
+FULL_RANGE = Room()
+
+
+PRIOR = 1 / (10 * WIDE) ** 2
+"""Precision of a parameter before anything is measured, in ordinary sizes: that of the weak pull in a fit."""
+
+
+def _columns(fit: Fit, pool: Problem, without: tuple[str, ...] = ()) -> tuple[Array, Array, Array]:
+    """Return whitened columns of all free parameters for their ordinary sizes, and the parameters' prior precision.
+
+    Args:
+        pool: c poses that may be measured; without: keys of effects that are left out.
+
+    Returns:
+        (N, p) on the data of the fit, (c, 3, p) on the pool, (p,) precision.
+    """
+    old, new, tied = [], [], []
+    for effect in fit.model.effects:
+        if effect.key in without:
+            continue
+        on_data, on_pool = _of_effect(fit, pool, effect, np.asarray(fit.free[effect.key], dtype=bool))
+        old.append(on_data)
+        new.append(on_pool)
+        tied.append(np.full(on_data.shape[1], 1e-6 if effect.is_frame else PRIOR))
+    return np.hstack(old), np.concatenate(new, axis=2), np.concatenate(tied)
+
+
+def _of_effect(fit: Fit, pool: Problem, effect: Effect, mask: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Return whitened columns of an effect's p parameters in a mask (q,) for their ordinary sizes.
+
+    Args:
+        pool: c poses that may be measured.
+
+    Returns:
+        (N, p) on the data of the fit, (c, 3, p) on the pool.
+    """
+    size = ordinary(fit.model, effect, mask)
+    return fit.problem.columns(effect, mask) * size, pool.columns(effect, mask).reshape(len(pool.data), 3, -1) * size
+
+
+NEVER = 10.0
+"""A parameter that all poses of the pool together leave so unsure, in ordinary sizes, no pose determines."""
+
+
+def sharpen(fit: Fit, pool: Problem, n: int) -> tuple[list[int], float, float, list[Name], list[Name]]:
+    """Choose n poses of a pool that shrink the parameters' covariance most, one after another (greedy D-optimal).
+
+    Args:
+        fit: of the data so far; pool: poses that may be measured.
+
+    Returns:
+        The indices of the poses; the largest standard deviation [ordinary sizes] of parameters that poses can
+        determine, before and after; the three of these that are determined worst before; the parameters that no pose
+        determines.
+    """
+    A, Z, tied = _columns(fit, pool)
+    P: Array = np.asarray(np.linalg.inv(A.T @ A + np.diag(tied)), dtype=float)
+    entries = [(e.key, int(i)) for e in fit.model.effects for i in np.flatnonzero(fit.free[e.key])]
+    frames = {e.key for e in fit.model.effects if e.is_frame}
+    arm = np.array([key not in frames for key, _ in entries])
+    width = np.sqrt(np.diag(P))
+    every = Z.reshape(-1, Z.shape[2])
+    determined = np.sqrt(np.diag(np.linalg.inv(np.linalg.inv(P) + every.T @ every))) < NEVER
+    known = arm & determined
+    before = float(width[known].max(initial=0.0))
+    worst = [entries[i] for i in np.argsort(-np.where(known, width, 0.0))[:3] if known[i]]
+    chosen: list[int] = []
+    for _ in range(n):
+        S = np.eye(3) + np.einsum("cip,pq,cjq->cij", Z, P, Z, optimize=True)
+        gain = np.linalg.slogdet(S)[1]
+        gain[chosen] = -np.inf
+        best = int(np.argmax(gain))
+        chosen.append(best)
+        P = _updated(P, Z[best])
+    after = np.sqrt(np.diag(P))
+    return (
+        chosen,
+        before,
+        float(after[known].max(initial=0.0)),
+        worst,
+        [entries[i] for i in np.flatnonzero(arm & ~determined)],
+    )
+
+
+def separate(fit: Fit, pool: Problem, pair: list[type[Effect]], n: int) -> tuple[list[int], float, float]:
+    """Choose n poses of a pool that tell two effects apart best, one after another (greedy T-optimal).
+
+    Each effect has the size that the data suggests, an ordinary one at least.
+
+    Args:
+        fit: of the data so far; pool: poses that may be measured; pair: classes of the two effects.
+
+    Returns:
+        The indices of the poses; by how many standard deviations the effects differ, before and after.
+
+    Raises:
+        PostprocError: DAT024 where one of them moves nothing on these poses.
+    """
+    A, Z, tied = _columns(fit, pool, tuple(cls.key for cls in pair))
+    screen = Screen(fit.problem, {cls.key: cls for cls in pair})
+    sides: list[_Side] = []
+    forms = []
+    for cls in pair:
+        old, new = _of_effect(fit, pool, *_form(fit, pool, screen, cls))
+        if not new.any():
+            message = f"`{cls.key}` moves nothing on poses that this arm can reach standing still"
+            raise PostprocError.of("DAT024", message, help="choose an effect of the geometry, the load or the side")
+        forms.append((old, new))
+    for this, other in ((0, 1), (1, 0)):
+        x = _size(fit, forms[this][0])
+        regress = np.hstack([A, forms[other][0]])
+        prior = np.diag(np.concatenate([tied, np.full(forms[other][0].shape[1], PRIOR)]))
+        P = np.linalg.inv(regress.T @ regress + prior)
+        s_old = forms[this][0] @ x
+        s_new = forms[this][1] @ x
+        sides.append(
+            _Side(np.concatenate([Z, forms[other][1]], axis=2), s_new, P, regress.T @ s_old, float(s_old @ s_old))
+        )
+    before = min(side.distance() for side in sides)
+    chosen: list[int] = []
+    for _ in range(n):
+        gain = np.sum([side.gain() / max(side.total, 1e-12) for side in sides], axis=0)
+        gain[chosen] = -np.inf
+        best = int(np.argmax(gain))
+        chosen.append(best)
+        for side in sides:
+            side.take(best)
+    return chosen, before, min(side.distance() for side in sides)
+
+
+@dataclass
+class _Side:
+    """The displacement by one of two effects (its signal), and what everything else explains of it.
+
+    Args:
+        Z: (c, 3, p) columns of the other effect and all fitted parameters (the regressors) on the pool; s: (c, 3) the
+            signal there.
+        P: (p, p) covariance of the regressors' sizes from the measured poses.
+        cross: (p,) product of regressors and signal there; total: sum of squares of the signal there.
+    """
+
+    Z: Array
+    s: Array
+    P: Array
+    cross: Array
+    total: float
+
+    def unexplained(self) -> Array:
+        """Return (c, 3) the part of the signal at each pose of the pool that the regressors cannot explain."""
+        return np.asarray(self.s - self.Z @ (self.P @ self.cross))
+
+    def gain(self) -> Array:
+        """Return (c,) growth of the unexplained signal by measuring each pose of the pool, e^T (I + z P z^T)^-1 e."""
+        e = self.unexplained()
+        S = np.eye(3) + np.einsum("cip,pq,cjq->cij", self.Z, self.P, self.Z, optimize=True)
+        return np.asarray(np.einsum("ci,ci->c", e, np.linalg.solve(S, e[:, :, None])[:, :, 0]))
+
+    def take(self, index: int) -> None:
+        """Add a pose of the pool, by its index, to the measured ones, in place."""
+        z, s = self.Z[index], self.s[index]
+        self.P = _updated(self.P, z)
+        self.cross = self.cross + z.T @ s
+        self.total += float(s @ s)
+
+    def distance(self) -> float:
+        """Return the size of the unexplained signal over all measured poses, in standard deviations of the noise."""
+        return float(np.sqrt(max(self.total - float(self.cross @ self.P @ self.cross), 0.0)))
+
+
+def _updated(P: Array, z: Array) -> Array:
+    """Return the covariance (p, p) after measuring rows z (3, p), (P^-1 + z^T z)^-1, by the matrix inversion lemma."""
+    Pz = P @ z.T
+    return np.asarray(P - Pz @ np.linalg.solve(np.eye(len(z)) + z @ Pz, Pz.T))
+
+
+def _form(fit: Fit, pool: Problem, screen: Screen, cls: type[Effect]) -> tuple[Effect, NDArray[np.bool_]]:
+    """Return an effect in the form to plan for, and (q,) mask of its amplitudes.
+
+    The form is the model's own, else the best one on the data, else the first variant on the pool.
+
+    Args:
+        pool: poses that may be measured; screen: the forms of the effect on the data; cls: class of the effect.
+    """
+    fitted = fit.model.effect(cls.key)
+    if fitted is not None:
+        return fitted, np.asarray(fit.free[cls.key]) & fitted.amplitudes()
+    candidate = compose(screen, fit.linear, cls.key)
+    if candidate is not None:
+        candidate = refit_form(screen, fit.linear, candidate)
+        return candidate.effect, candidate.free & candidate.effect.amplitudes()
+    effect = fit.model.effect(cls.key) or cls.null()
+    for form in cls.variants(pool.sensitivity.state, None):
+        return form.effect, np.asarray(form.free)
+    return effect, effect.amplitudes()
+
+
+def _size(fit: Fit, columns: Array) -> Array:
+    """Return (p,) amplitudes, in ordinary sizes, that the data suggests for columns (N, p), of norm 1 at least."""
+    linear = fit.linear
+    projected = linear.project(columns)
+    x = np.linalg.solve(columns.T @ projected + np.eye(columns.shape[1]), columns.T @ linear.projected_residual)
+    size = float(np.linalg.norm(x))
+    return np.asarray(x / size * max(size, 1.0) if size > 1e-6 else np.ones(len(x)) / np.sqrt(len(x)))

@@ -1,0 +1,211 @@
+"""The next poses to measure: to tell two effects apart, or to sharpen what is determined worst."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.channels.state import AXES, State
+from postproc.diagnostics import PostprocError
+from postproc.effects.base import Effect
+from postproc.effects.registry import effect_library, find_effect
+from postproc.effects.roles import Role
+from postproc.estimation.fitted import Fit
+from postproc.estimation.least_squares import fit_model
+from postproc.estimation.problem import Problem, make_weights
+from postproc.estimation.solving.step import Name
+from postproc.identification.design import FULL_RANGE, Room, separate, sharpen
+from postproc.identification.diagnose import diagnose
+from postproc.identification.diagnosis import Diagnosis
+from postproc.identification.refits import refit_all
+from postproc.measure.measurements import Measurements
+from postproc.model.arm import Model, as_written, with_axes
+from postproc.model.equilibrium import predict
+
+CANDIDATES = 3000
+TELLING_SIGMAS = 5.0
+"""Standard deviations by which a difference must stand out before it tells two effects apart."""
+SEED = 20
+
+
+@dataclass(frozen=True)
+class MeasuringPlan:
+    """Poses worth measuring next.
+
+    Args:
+        fit: of the data so far.
+        state: n joint angles, approach sides and payloads, within the limits. T_base_tcp: (n, 4, 4) where the TCP will
+            be.
+        between: the two effects to be told apart, by key, or None.
+        before, after: by how many standard deviations the two effects differ without and with these poses; without a
+            pair, the largest standard deviation, in ordinary sizes, of the parameters that poses can determine.
+        worst: the parameters of the fit that are determined worst; never: those that no pose determines.
+        resolved: whether the data so far tells the two effects apart, as `diagnose` says.
+    """
+
+    fit: Fit
+    state: State
+    T_base_tcp: Array
+    between: tuple[str, str] | None
+    before: float
+    after: float
+    worst: tuple[Name, ...] = ()
+    never: tuple[Name, ...] = ()
+    resolved: bool = True
+
+    @property
+    def extax(self) -> Array | None:
+        """(n, 6) external axes as programs state them [mm], [deg], NaN where there is none; None without any."""
+        station, axes = self.fit.model.station, self.state.external_axes
+        if station is None or axes is None:
+            return None
+        stood = as_written(station, axes)
+        return np.column_stack([stood.get(f"eax_{axis}", np.full(len(axes), np.nan)) for axis in AXES])
+
+    def as_csv(self) -> str:
+        """Return the poses as a measurement table without measured columns.
+
+        Its columns are ``pose_id``, joints, approach sides, payload and external axes.
+        """
+        s = self.state
+        names = ["pose_id", *(f"q{j}_deg" for j in range(1, 7)), *(f"dir{j}" for j in range(1, 7))]
+        columns = [np.degrees(s.q), np.zeros((len(s), 6)) if s.approach is None else s.approach]
+        if s.payload_mass is not None:
+            names.append("payload_kg")
+            columns.append(s.payload_mass[:, None])
+            if s.payload_center is not None:
+                names += [f"payload_{a}_mm" for a in "xyz"]
+                columns.append(s.payload_center * 1e3)
+        if self.extax is not None:
+            present = np.flatnonzero(np.isfinite(self.extax).all(axis=0))
+            names += [f"eax_{AXES[k]}" for k in present.tolist()]
+            columns.append(self.extax[:, present])
+        lines = [",".join(names)]
+        for i, row in enumerate(np.hstack(columns)):
+            cells = [f"{x:.4f}" for x in row[:6]] + [f"{x:+.0f}" for x in row[6:12]] + [f"{x:.8g}" for x in row[12:]]
+            lines.append(",".join([f"N{i + 1:03d}", *cells]))
+        return "\n".join(lines) + "\n"
+
+
+def plan_poses(
+    model: Model,
+    data: Measurements,
+    n: int,
+    between: tuple[str, str] | None = None,
+    extra_effects: Iterable[type[Effect]] = (),
+    *,
+    noise: float | None = None,
+    room: Room = FULL_RANGE,
+) -> MeasuringPlan:
+    """Choose n poses one after another from random reachable ones.
+
+    Between two effects: the pose that adds most to what is left of one effect after projecting out the other and all
+    fitted parameters, both ways (T-optimal, Atkinson and Fedorov 1975). Else: the pose that shrinks the volume of the
+    parameters' covariance most (D-optimal), counted in ordinary sizes.
+
+    Args:
+        between: keys of the two effects; extra_effects: classes beside the library's.
+        noise: standard deviation per axis [m] stated by the user; room: where poses may be.
+
+    Raises:
+        PostprocError: EFF020 for an unknown effect, DAT024 where an effect moves nothing on such poses, or where fewer
+            of them are inside the room than are asked for.
+    """
+    library = effect_library() | {cls.key: cls for cls in extra_effects}
+    pair = [find_effect(key, library) for key in between or ()]
+    fit, apart = fit_model(model, data, noise=noise), True
+    if between is not None:
+        fit, apart = _fit_without_pair(diagnose(model, data, extra_effects, noise=noise), between)
+    pool = _pool(fit, _candidates(fit, room), room)
+    if len(pool.data) < n:
+        message = f"{len(pool.data)} poses are where they may be, and {n} are asked for"
+        raise PostprocError.of("DAT024", message, help="widen the region, or ask for fewer with `-n`")
+    if between is None:
+        chosen, before, after, worst, never = sharpen(fit, pool, n)
+    else:
+        chosen, before, after = separate(fit, pool, pair, n)
+        worst, never = [], []
+    picked = pool.data.rows(np.array(chosen)).state
+    T = predict(fit.model.with_effects(*(e for e in fit.model.effects if e.role is not Role.INSTRUMENT_FRAME)), picked)
+    return MeasuringPlan(fit, picked, T, between, before, after, tuple(worst), tuple(never), apart)
+
+
+def _fit_without_pair(diagnosis: Diagnosis, pair: tuple[str, str]) -> tuple[Fit, bool]:
+    """Return the fit with all missing effects but a pair, and whether the diagnosis tells these two apart.
+
+    Args:
+        pair: keys of the two effects.
+    """
+    others = [m.key for m in diagnosis.missing if m.key not in pair]
+    unsure = any({m.key, other} == set(pair) for m in diagnosis.missing for other in m.not_separable)
+    return refit_all(diagnosis.base, diagnosis.final, others), not unsure
+
+
+def _candidates(fit: Fit, room: Room) -> State:
+    """Return random states to choose from, or the room's own candidates.
+
+    Joints are uniform inside their limits, or inside the measured range where the room asks for it; approach sides and
+    payloads are drawn at random, loads from those measured, or up to the rated one where there was one alone.
+    """
+    g = np.random.default_rng(SEED)
+    robot, seen = fit.model.robot, fit.data.state
+    margin = np.deg2rad(5.0)
+    low, high = np.maximum(robot.lower + margin, -np.pi), np.minimum(robot.upper - margin, np.pi)
+    if room.measured_range:
+        low, high = np.nanmin(seen.q, axis=0), np.nanmax(seen.q, axis=0)
+    count = CANDIDATES if room.candidates is None else len(room.candidates)
+    q = g.uniform(low, high, (count, 6)) if room.candidates is None else room.candidates
+    approach = g.choice([-1.0, 1.0], (count, 6))
+    mass, center = None, None
+    if seen.payload_mass is not None:
+        loads = np.unique(np.round(seen.payload_mass, 3))
+        if len(loads) == 1 and robot.payload is not None:
+            loads = np.array([loads[0], 0.5 * robot.payload, robot.payload])
+        mass = g.choice(loads, count)
+        center = np.zeros((count, 3)) if seen.payload_center is None else np.tile(seen.payload_center[0], (count, 1))
+    tool = seen.T_flange_tcp[0] if seen.T_flange_tcp.ndim == 3 else seen.T_flange_tcp
+    tool = tool if fit.data.tool_known else fit.model.T_flange_tcp
+    state = State(
+        q,
+        approach=approach,
+        payload_mass=mass,
+        payload_center=center,
+        T_flange_tcp=tool,
+        temperature=_median(seen.temperature, count),
+        time=_median(seen.time, count),
+    )
+    station = fit.model.station
+    if station is None or seen.external_axes is None:
+        return state
+    stood = np.nan_to_num(seen.external_axes)
+    low, high = stood.min(axis=0), stood.max(axis=0)
+    axes = g.uniform(low, high, (count, 6)) if room.axes is None else room.axes
+    return with_axes(station, state, axes)
+
+
+def _median(values: Array | None, count: int) -> Array | None:
+    """Return (count,) copies of the median of values, None for None."""
+    return None if values is None else np.full(count, float(np.median(values)))
+
+
+def _pool(fit: Fit, state: State, room: Room) -> Problem:
+    """Return the poses of a state inside the room as a problem in which every position is measured.
+
+    Random poses with a body or the TCP less than 0.1 m above the base plane are left out, if 50 remain.
+    """
+    nowhere = np.zeros((len(state), 3))
+    ids = tuple(str(i) for i in range(len(state)))
+    data = Measurements(
+        state, nowhere, pose_id=ids, row=tuple(range(1, len(state) + 1)), line=(1,) * len(state), tool_known=True
+    )
+    problem = Problem(fit.model, data, make_weights(data, fit.noise))
+    up = fit.model.R_world_base[2]
+    heights = problem.equilibrium.chain.T_base_body[:, 3:, :3, 3] @ up
+    tip = problem.equilibrium.T_base_tcp[:, :3, 3] @ up
+    free = np.minimum(heights.min(axis=1), tip) > 0.1
+    if free.sum() < 50 or room.candidates is not None:
+        free = np.ones(len(state), dtype=bool)
+    return problem.some(free & room.holds(problem))

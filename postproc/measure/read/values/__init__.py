@@ -1,1 +1,0 @@
-"""Single values as tables write them: `numbers`, `times`, `units`, `turns` (orientations)."""

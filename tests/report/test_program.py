@@ -1,0 +1,180 @@
+"""The page of a corrected program says the main thing first and carries what it draws."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from postproc.compensation.conversion import Conversion
+from postproc.compensation.options import Options
+from postproc.diagnostics import Source
+from postproc.files import resource
+from postproc.model.file import default_model
+from postproc.report.page import render_certificate, render_page
+from postproc.results.certificate import Verdict, program_certificate
+from postproc.results.conversion import conversion_document
+from postproc.runtime.passes import correct_program
+from tests.cells.test_paths import FORCE, Case, converted, positioner, track
+from tests.report.build import carried, chain, figures, numbers, program_page, tables
+
+Columns = dict[str, np.ndarray]
+
+
+def columns(path: dict[str, Any], part: str) -> Columns:
+    """Numbers of the places or of the moves that a page carries."""
+    return {name: numbers(column) for name, column in path[part].items()}
+
+
+@pytest.fixture(scope="module")
+def path(seam: Conversion) -> dict[str, Any]:
+    return dict(carried(program_page(seam), "path"))
+
+
+def test_the_first_screen_has_the_deviation_before_and_after(conversion: Conversion) -> None:
+    made, r = {"model": "cell.toml", "force on the TCP [N]": "0,0,-50"}, conversion.report
+    page = render_page(conversion_document("a<b>.mod", conversion, made))
+    before, after = (f"{r[f'max_arc_error_{when}_mm']:.3f} mm" for when in ("before", "after"))
+    assert f"At most {after} of deviation remain while the arc burns" in page and f"where there were {before}" in page
+    assert list(figures(page).values())[:2] == [before, after] and len(figures(page)) == 3
+    rows = {row[0]: row[1] for row in tables(page)["how this was made"]["rows"]}
+    assert {**made, "arm": r["robot"]}.items() <= rows.items()
+    assert "a&lt;b&gt;.mod" in page
+    assert f"Arm <code>{r['robot']}</code>" in page and f"tolerance {r['tolerance_mm']:g} mm" in page
+    assert carried(page) == json.loads(json.dumps(r))
+
+
+FELL = "At most 0.004 mm of deviation remain along lines and arcs"
+WERE = "where there were 0.500 mm"
+SENTENCES = [
+    ({}, f"{FELL}, {WERE}."),
+    (
+        {"max_transient_mm": 0.062, "max_transition_mm": 0.2},
+        f"{FELL} at steady speed, {WERE}; up to 0.062 mm while the speed changes and 0.200 mm where the correction jumps.",
+    ),
+    (
+        {"unproved_statements": 3},
+        f"{FELL}, {WERE}. 3 of these statements also run where they cannot be followed: what remains there is not proved.",
+    ),
+]
+
+
+@pytest.mark.parametrize(("others", "sentence"), SENTENCES)
+def test_the_sentence_says_what_remains(conversion: Conversion, others: dict[str, float], sentence: str) -> None:
+    steady = {"max_error_before_mm": 0.5, "max_error_after_mm": 0.004, "tolerance_mm": 0.01, "max_transient_mm": 0.01}
+    arc = {"max_arc_error_before_mm": None, "max_arc_error_after_mm": None, "max_transition_mm": 0.0}
+    page = program_page(conversion, **{**steady, **arc, **others})
+    assert re.findall(r'<p class="sentence">(.*?)</p>', page) == [sentence]
+
+
+def test_names_in_a_page_are_text(conversion: Conversion) -> None:
+    hostile = {"routine": "r<1>", "reason": "loop </script> index", "residual_mm": np.nan}
+    page = program_page(conversion, statements=[{**conversion.report["statements"][0], **hostile}])
+    assert "r<1>" not in page and "loop </script>" not in page
+    [statement] = carried(page)["statements"]
+    assert (statement["reason"], statement["residual_mm"]) == ("loop </script> index", None)
+
+
+def test_a_refused_program_says_so() -> None:
+    refused = correct_program(Source("x.mod", b"hello"), default_model(), Options())
+    page = program_page(refused)
+    assert "no program was written" in page
+    findings = tables(page)["findings"]
+    code = [column["title"] for column in findings["columns"]].index("code")
+    assert [row[code] for row in findings["rows"]] == ["RAP011"]
+    assert Verdict.NOT_KEPT.value in render_certificate(program_certificate("x.mod", refused))
+
+
+def test_the_path_has_the_largest_deviations_the_time_and_the_targets(path: dict[str, Any], seam: Conversion) -> None:
+    places, moves = columns(path, "places"), columns(path, "moves")
+    move = places["move"].astype(int)
+    for when in ("before", "after"):
+        size = np.linalg.norm(places[when], axis=1)[moves["welding"][move] == 1]
+        assert size.max() == pytest.approx(seam.report[f"max_arc_error_{when}_mm"], abs=2e-4)
+    t = places["t"]
+    assert (np.diff(t) >= -1e-3).all() and t[-1] == pytest.approx(seam.report["cycle_time_before_s"], rel=0.02)
+    # The place of the last run of a statement is its target: those of two lie apart as their numbers in the program.
+    text = resource("samples", "hull_seam.mod").read_text()
+    ends, targets = [], []
+    for name in ("pSeam20", "pSeam50"):
+        ends.append(places["p"][np.flatnonzero(moves["statement"][move] == path["targets"].index(name))[-1]])
+        targets.append(np.array(re.findall(rf"{name}:=\[\[([^\]]*)\]", text)[0].split(","), float))
+    assert np.linalg.norm(ends[1] - ends[0]) == pytest.approx(1e-3 * np.linalg.norm(targets[1] - targets[0]), abs=1e-6)
+
+
+def test_the_deviation_is_measured_across_the_path(path: dict[str, Any]) -> None:
+    """At targets as between them: no step where a line ends, whatever points along it."""
+    places, moves = columns(path, "places"), columns(path, "moves")
+    lines = np.flatnonzero((moves["welding"] == 1) & (moves["space"] == 1))
+    assert len(lines)
+    for i in lines:
+        rows = np.flatnonzero(places["move"] == i)
+        line, away = places["p"][rows[-1]] - places["p"][rows[0]], places["before"][rows]
+        assert np.abs(away @ (line / np.linalg.norm(line))).max() < 2e-4
+        assert np.abs(np.diff(np.linalg.norm(away, axis=1))).max() < 0.02
+
+
+def test_torques_are_those_of_an_independent_arm(path: dict[str, Any]) -> None:
+    """Standing still at the start, the motors carry the weights: tau = sum of m g . d p / d q, from plain differences."""
+    places, robot = columns(path, "places"), default_model().robot
+    still = int(np.flatnonzero(places["speed"].max(axis=1) < 0.05)[0])
+    text = resource("samples", "hull_seam.mod").read_text()
+    tool = re.findall(r"tTorch:=\[TRUE,\[\[.*?\],\[.*?\]\],\[([\d.]+),\[(.*?)\]", text)[0]
+    mass = [*robot.mass[1:], float(tool[0])]
+    center = [*robot.center[1:], 1e-3 * np.array(tool[1].split(","), float)]
+
+    def energy(q: np.ndarray) -> float:
+        frames = chain(robot.link, robot.axis, q)
+        return 9.81 * sum(m * (T @ [*c, 1.0])[2] for m, c, T in zip(mass, center, frames, strict=True))
+
+    q, eps = places["q"][still], 1e-5 * np.eye(6)
+    expected = np.array([(energy(q + e) - energy(q - e)) / 2e-5 for e in eps])
+    assert places["torque"][still] == pytest.approx(expected, abs=1.5)
+
+
+@pytest.mark.parametrize("case", [track(0.0, 250.0, 400.0), positioner(0.0, 40.0, 60.0)], ids=["track", "positioner"])
+def test_the_tool_of_the_drawn_arm_is_on_the_path_of_a_moving_cell(case: Case) -> None:
+    """What the page's script does: the chain of the arm, its tool, then the base in the frame of the work."""
+    path = carried(program_page(converted(case, force=FORCE)), "path")
+    places, arm = columns(path, "places"), path["arm"]
+    base = numbers(path["base"]).reshape(-1, 3, 4)
+    tool = np.array(arm["tools"])[numbers(arm["tool"]).astype(int)[places["move"].astype(int)]]
+    assert np.ptp(base, axis=0).max() > 0.2  # it moves
+    for i in range(0, len(base), 7):
+        tip = chain(arm["link"], arm["axis"], places["q"][i])[-1] @ [*tool[i], 1.0]
+        assert base[i] @ tip == pytest.approx(places["p"][i], abs=1e-3)
+
+
+def fitted(within: float) -> dict[str, Any]:
+    return {"expected_accuracy": {"within_95_percent_mm": within}}
+
+
+VERDICTS = [
+    ({}, {}, Verdict.NOT_SHOWN),
+    (fitted(0.005), {}, Verdict.KEPT),
+    (fitted(0.05), {}, Verdict.NOT_SHOWN),
+    (fitted(0.005), {"after_mm": 0.02}, Verdict.NOT_KEPT),
+    (fitted(0.005), {"after_mm": None}, Verdict.NOT_KEPT),
+    (fitted(0.005), {"left": 1}, Verdict.NOT_KEPT),
+    ({**fitted(0.005), "unproved_statements": 1}, {}, Verdict.NOT_KEPT),
+]
+
+
+@pytest.mark.parametrize(("report", "weld", "verdict"), VERDICTS)
+def test_a_certificate_says_whether_the_tolerance_is_kept(
+    seam: Conversion, report: dict[str, Any], weld: dict[str, Any], verdict: Verdict
+) -> None:
+    welds = [{**seam.report["welds"][0], **weld}]
+    page = render_certificate(
+        program_certificate("hull_seam.mod", replace(seam, report={**seam.report, "welds": welds, **report}))
+    )
+    assert [each for each in Verdict if each.value in page] == [verdict]
+    assert ("not fitted to measurements" in page) == (not report)
+    assert f"{0 if weld else 1} of 1 seams keep 0.01 mm." in page
+    row = re.search(r"<td[^>]*>rShellSeam</td>.*?</tr>", page, re.DOTALL)
+    assert row and (">not kept<" if weld else ">kept<") in row[0]
+    assert page.count("name, date, signature") == 3 and "<script" not in page
