@@ -5,9 +5,11 @@ from __future__ import annotations
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 
+from postproc.channels.state import State
 from postproc.diagnostics import Source
 from postproc.effects.registry import effect_library
 from postproc.estimation.fitted import Fit
@@ -51,10 +53,29 @@ def _cell(kinds, seed, noise, poses, robot, outliers):
     return (*read, answer)
 
 
-def law(names: str, values, text: str = "proportional", code: str = "") -> CurveForm:
-    """A pattern that is called ``text``, of values (n,) that follow some channels, "q5 q6"."""
-    signal = Signal(tuple(names.split()), values, code, "", names)
-    return CurveForm(((fixed(lambda x: x, text, "line"), signal),), kind="line")
+def law(names: str, values, sentence: str = "proportional") -> CurveForm:
+    """A form that is called so, of values (n,) that follow some channels, "q5 q6"."""
+    signal = Signal(tuple(names.split()), values, names, "", names)
+    return CurveForm(((fixed("line", sentence, "line", numbers=(0.0,)), signal),), kind="line")
+
+
+JOINTED = {"q": "q", "v": "v", "dir": "approach", "load": "joint_load"}
+NAMED = {"temperature": "temperature", "time": "time", "payload": "payload_mass"}
+
+
+def table(**columns: np.ndarray) -> State:
+    """Rows of an arm that stands still, but for these columns: ``q5``, ``load3``, ``time``, or any name."""
+    n = len(next(iter(columns.values())))
+    still = {"T_base_body": np.tile(np.eye(4), (n, 7, 1, 1)), "gravity": np.zeros(3)}
+    fields: dict[str, Any] = {"q": np.zeros((n, 6)), "channels": {}, **still}
+    for name, values in columns.items():
+        if name[:-1] in JOINTED and name[-1] in "123456":
+            fields.setdefault(JOINTED[name[:-1]], np.zeros((n, 6)))[:, int(name[-1]) - 1] = values
+        elif name in NAMED:
+            fields[NAMED[name]] = values
+        else:
+            fields["channels"][name] = values
+    return State(**fields)
 
 
 _fits: dict[tuple[int, str, tuple[str, ...]], tuple[Measurements, Fit]] = {}
