@@ -133,5 +133,6 @@ def law_of(basis: str) -> Callable[..., Any]:
 def symbols(basis: str, channel: str, numbers: Sequence[str]) -> str:
     """Return a basis of a channel in symbols, with its numbers as text."""
     gate, name = split_name(basis)
-    text = BASES[name].symbols.format(*numbers, x=channel)
+    at_zero = name == "line" and numbers[0].split()[0] == "0"
+    text = channel if at_zero else BASES[name].symbols.format(*numbers, x=channel)
     return GATES[gate][1].format(g=text) if gate else text

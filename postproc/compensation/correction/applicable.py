@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from shlex import quote
 
 import numpy as np
 
@@ -69,7 +70,7 @@ def applicable_model(model: Model, events: Sequence[MotionEvent], options: Optio
         if untold := [name for name in effect.reads if name not in known and name not in stated]:
             names = " and ".join(f"`{name}`" for name in untold)
             text = f"`{effect.key}` is left out: it reads {names}, which a program does not tell"
-            flags = " ".join(f"--channel {name}=NUMBER" for name in untold)
+            flags = " ".join(f"--channel {quote(name)}=NUMBER" for name in untold)
             help_ = f"what it does to the arm stays in the path; say {flags}"
             findings.append(Diagnostic("CMP016", "warning", text, source, None, help_, Matter.NOT_WHOLE))
             continue
