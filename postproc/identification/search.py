@@ -61,16 +61,8 @@ def forward(state: SearchState, named: bool = True, most: int = MOST_CURVES) -> 
     """
     refused: set[str] = set()
     for _ in range(MOST_EFFECTS):
-        ranked = state.ranked if named else []
-        best = next((c for c in ranked if c.name not in refused and convincing(c)), None)
-        least = 0.0 if best is None else best.evidence
-        curves = state.ranked_curves(least) if most else ()
-        curve = next((c for c in curves if c.name not in refused), None)
-        if curve is not None and curve.evidence > least:
-            if len(state.curves) == most:
-                break
-            best = curve
-        if best is None:
+        best = next(state.candidates(refused, named, most > 0), None)
+        if best is None or (best.curve is not None and len(state.curves) == most):
             break
         added = accepted(state, best)
         state, refused = (added, set()) if added is not None else (state, refused | {best.name})

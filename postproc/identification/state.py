@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -16,7 +16,7 @@ from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.residual_split import SLOW
 from postproc.estimation.solving.solve import ROUGHLY, Terms
-from postproc.identification.acceptance import ranking
+from postproc.identification.acceptance import convincing, ranking
 from postproc.identification.curves.families import CurveForms
 from postproc.identification.curves.prior import UNNAMED_LOG_PRIOR
 from postproc.identification.refits import refit_all
@@ -89,6 +89,21 @@ class SearchState:
     def curve_screen(self) -> CurveScreen:
         """All curves, tried on the residual of the fit."""
         return CurveScreen(self.fit.problem, self.fit.linear, self.forms)
+
+    def candidates(self, refused: Collection[str], named: bool, curves: bool) -> Iterator[Candidate]:
+        """Yield what may be missing and convinces, effects of the library and curves, the best by log evidence first.
+
+        Args:
+            refused: names of candidates that are left out.
+            named: whether effects of the library are tried; curves: whether curves are.
+        """
+        library = [c for c in self.ranked if c.name not in refused and convincing(c)] if named else []
+        for curve in self.ranked_curves(library[0].evidence if library else 0.0) if curves else ():
+            while library and library[0].evidence >= curve.evidence:
+                yield library.pop(0)
+            if curve.name not in refused:
+                yield curve
+        yield from library
 
     def ranked_curves(self, least: float = 0.0) -> Iterator[Candidate]:
         """Yield the curves with positive evidence, strongest first.
