@@ -6,7 +6,7 @@ import pytest
 
 from postproc.diagnostics import Source
 from postproc.rapid.program.program import Program, read_program
-from postproc.rapid.syntax.edits import edited
+from postproc.rapid.syntax.spans import edited
 from postproc.runtime.programs.statements import run_time_edits
 from tests.worlds.parser import parse
 

@@ -12,7 +12,7 @@ from postproc.compensation.text.marks import CORRECTING
 from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey
 from postproc.rapid.program.from_the_arm import FromTheArm
 from postproc.rapid.program.program import Program, statements_of
-from postproc.rapid.syntax.edits import Edit
+from postproc.rapid.syntax.spans import Edit
 from postproc.rapid.syntax.tokens import names_at
 from postproc.rapid.unknown import Kind
 from postproc.runtime.programs.statements import POSITIONS, run_time_edits

@@ -7,8 +7,8 @@ from postproc.rapid.data.builtins import FUNCTIONS
 from postproc.rapid.data.events import Argument, MotionStatement
 from postproc.rapid.evaluation.evaluate import names_in
 from postproc.rapid.program.from_the_arm import STANDING_FUNCTIONS
-from postproc.rapid.syntax.edits import Edit
 from postproc.rapid.syntax.expressions import read_full_expression
+from postproc.rapid.syntax.spans import Edit
 from postproc.rapid.syntax.trees import Call, Component, Expression, Index, Name, Star, nodes
 from postproc.rapid.unknown import Unknown
 
