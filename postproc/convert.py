@@ -39,7 +39,7 @@ from postproc.rapid.execution.walk import walk_program
 from postproc.rapid.motions.missing import shown_to_users
 from postproc.rapid.program.program import read_program
 from postproc.rapid.program.read_along import say_written_elsewhere
-from postproc.rapid.syntax.edits import Edit
+from postproc.rapid.syntax.spans import Edit
 from postproc.render.header import render_outputs
 from postproc.render.module import change_edits, function_edits, insertion_edits, render_text
 from postproc.render.templates import environment

@@ -20,7 +20,7 @@ from postproc.model.arm import Model
 from postproc.motion.timing.jerk_limited import LimitReport
 from postproc.rapid.data.events import MotionEvent, StatementKey
 from postproc.rapid.program.program import Program
-from postproc.rapid.syntax.edits import Edit
+from postproc.rapid.syntax.spans import Edit
 
 
 class Refused(Exception):

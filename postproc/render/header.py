@@ -14,7 +14,7 @@ from postproc.compensation.options import Options
 from postproc.diagnostics import Source
 from postproc.model.arm import Model
 from postproc.numbers import mm
-from postproc.rapid.syntax.edits import Edit
+from postproc.rapid.syntax.spans import Edit
 from postproc.render.module import render_text
 from postproc.render.templates import environment, fill, load_template
 from postproc.render.text import indent_after, line_style

@@ -19,9 +19,8 @@ from postproc.diagnostics import Source
 from postproc.grouping import grouped
 from postproc.rapid.evaluation.declared import numbers_of
 from postproc.rapid.program.program import Program
-from postproc.rapid.syntax.edits import Edit, edited
 from postproc.rapid.syntax.expressions import read_full_expression
-from postproc.rapid.syntax.spans import literal
+from postproc.rapid.syntax.spans import Edit, edited, literal
 from postproc.rapid.syntax.trees import Number
 from postproc.render.templates import fill, load_template
 from postproc.render.text import (

@@ -22,7 +22,7 @@ from postproc.model.file import default_model, parse_model
 from postproc.model.rewrite import render_model
 from postproc.rapid.execution.walk import walk_program
 from postproc.rapid.program.program import read_program
-from postproc.rapid.syntax.edits import Edit, edited
+from postproc.rapid.syntax.spans import Edit, edited
 from postproc.rapid.syntax.tokens import tokenize
 from postproc.runtime.passes import correct_program
 

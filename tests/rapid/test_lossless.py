@@ -14,8 +14,7 @@ from postproc import rapid
 from postproc.diagnostics import Source
 from postproc.rapid.execution.walk import walk_program
 from postproc.rapid.program.program import read_program
-from postproc.rapid.syntax.edits import Edit, edited
-from postproc.rapid.syntax.spans import literal
+from postproc.rapid.syntax.spans import Edit, edited, literal
 from tests.rapid.build import module, target
 
 

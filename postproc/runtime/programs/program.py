@@ -11,10 +11,10 @@ from postproc.diagnostics import Diagnostic, Source
 from postproc.model.arm import Model
 from postproc.rapid.program.arguments import read_arguments
 from postproc.rapid.program.program import Program, names_of, statements_of
-from postproc.rapid.syntax.edits import Edit
 from postproc.rapid.syntax.expressions import read_full_expression
 from postproc.rapid.syntax.modules import parse
 from postproc.rapid.syntax.nodes import Routine, Statement
+from postproc.rapid.syntax.spans import Edit
 from postproc.rapid.syntax.tokens import names_at
 from postproc.rapid.syntax.trees import Call
 from postproc.rapid.unknown import Unknown

@@ -14,8 +14,8 @@ from postproc.rapid.data.events import Argument, MotionEvent, MotionStatement, S
 from postproc.rapid.evaluation.evaluate import names_in
 from postproc.rapid.program.from_the_arm import STANDING_FUNCTIONS, FromTheArm
 from postproc.rapid.program.program import Program, statements_of
-from postproc.rapid.syntax.edits import Edit
 from postproc.rapid.syntax.expressions import read_full_expression
+from postproc.rapid.syntax.spans import Edit
 from postproc.rapid.syntax.tokens import names_at
 from postproc.rapid.syntax.trees import Call, Component, Expression, Index, Name, Star, nodes
 from postproc.rapid.unknown import Kind, Unknown

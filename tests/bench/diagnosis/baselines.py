@@ -40,7 +40,11 @@ STEP = 1e-6
 def bic(one: Set) -> dict[str, Any]:
     """The form of the library that lowers n log(RSS / n) + k log(n) most, refitted, and again while it falls."""
     fit = base_fit(one)
-    classes = {k: c for k, c in effect_library().items() if k not in ("outlier", "curve") and not c.null().missing(one.data.state)}
+    classes = {
+        k: c
+        for k, c in effect_library().items()
+        if k not in ("outlier", "curve") and not c.null().missing(one.data.state)
+    }
     named: list[str] = []
     while len(named) < MOST:
         linear, best, chosen = fit.linear, 0.0, None
