@@ -30,11 +30,9 @@ def test_points_stand_at_their_values_in_a_band_of_noise() -> None:
     assert len(points(many)) < 1000  # what falls on the same half pixel is drawn once
 
 
-@pytest.mark.parametrize(
-    ("y", "labels"), [([-1.0, 1.0], ["-1", "-0.5", "0", "0.5", "1"]), ([-0.1, 1.0], ["0", "0.5", "1"])]
-)
-def test_round_values_run_from_limit_to_limit(y: list[float], labels: list[str]) -> None:
-    svg = scatter(np.arange(2.0), np.array(y), "x", "y", across=(y[0], y[1]))
+@pytest.mark.parametrize(("low", "labels"), [(-1.0, ["-1", "-0.5", "0", "0.5", "1"]), (-0.1, ["0", "0.5", "1"])])
+def test_round_values_run_from_limit_to_limit(low: float, labels: list[str]) -> None:
+    svg = scatter(np.arange(2.0), np.zeros(2), "x", "y", across=(low, 1.0))
     assert re.findall(r'text-anchor="end">([^<]*)<', svg) == labels
 
 

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
 from postproc.diagnostics import Source
 from postproc.files import resource
@@ -20,7 +19,7 @@ from postproc.results.certificate import Verdict, program_certificate
 from postproc.results.conversion import conversion_document
 from postproc.runtime.passes import correct_program
 from tests.cells.test_paths import FORCE, Case, converted, positioner, track
-from tests.report.build import carried, chain, figures, numbers, program_page, tables
+from tests.report.build import carried, chain, figures, numbers, program_page, seam, seam_under_force, tables
 
 Columns = dict[str, np.ndarray]
 
@@ -31,13 +30,13 @@ def columns(path: dict[str, Any], part: str) -> Columns:
 
 
 @pytest.fixture(scope="module")
-def path(seam: Conversion) -> dict[str, Any]:
-    return dict(carried(program_page(seam), "path"))
+def path() -> dict[str, Any]:
+    return dict(carried(program_page(seam()), "path"))
 
 
-def test_the_first_screen_has_the_deviation_before_and_after(conversion: Conversion) -> None:
-    made, r = {"model": "cell.toml", "force on the TCP [N]": "0,0,-50"}, conversion.report
-    page = render_page(conversion_document("a<b>.mod", conversion, made))
+def test_the_first_screen_has_the_deviation_before_and_after() -> None:
+    made, r = {"model": "cell.toml", "force on the TCP [N]": "0,0,-50"}, seam_under_force().report
+    page = render_page(conversion_document("a<b>.mod", seam_under_force(), made))
     before, after = (f"{r[f'max_arc_error_{when}_mm']:.3f} mm" for when in ("before", "after"))
     assert f"At most {after} of deviation remain while the arc burns" in page and f"where there were {before}" in page
     assert list(figures(page).values())[:2] == [before, after] and len(figures(page)) == 3
@@ -48,32 +47,27 @@ def test_the_first_screen_has_the_deviation_before_and_after(conversion: Convers
     assert carried(page) == json.loads(json.dumps(r))
 
 
-FELL = "At most 0.004 mm of deviation remain along lines and arcs"
-WERE = "where there were 0.500 mm"
+FELL = "At most 0.004 mm of deviation remain along lines and arcs{}, where there were 0.500 mm{}."
+UNSTEADY = "; up to 0.062 mm while the speed changes and 0.200 mm where the correction jumps"
+UNPROVED = " 3 of these statements also run where they cannot be followed: what remains there is not proved."
 SENTENCES = [
-    ({}, f"{FELL}, {WERE}."),
-    (
-        {"max_transient_mm": 0.062, "max_transition_mm": 0.2},
-        f"{FELL} at steady speed, {WERE}; up to 0.062 mm while the speed changes and 0.200 mm where the correction jumps.",
-    ),
-    (
-        {"unproved_statements": 3},
-        f"{FELL}, {WERE}. 3 of these statements also run where they cannot be followed: what remains there is not proved.",
-    ),
+    ({}, FELL.format("", "")),
+    ({"max_transient_mm": 0.062, "max_transition_mm": 0.2}, FELL.format(" at steady speed", UNSTEADY)),
+    ({"unproved_statements": 3}, FELL.format("", "") + UNPROVED),
 ]
 
 
 @pytest.mark.parametrize(("others", "sentence"), SENTENCES)
-def test_the_sentence_says_what_remains(conversion: Conversion, others: dict[str, float], sentence: str) -> None:
+def test_the_sentence_says_what_remains(others: dict[str, float], sentence: str) -> None:
     steady = {"max_error_before_mm": 0.5, "max_error_after_mm": 0.004, "tolerance_mm": 0.01, "max_transient_mm": 0.01}
     arc = {"max_arc_error_before_mm": None, "max_arc_error_after_mm": None, "max_transition_mm": 0.0}
-    page = program_page(conversion, **{**steady, **arc, **others})
+    page = program_page(seam_under_force(), **{**steady, **arc, **others})
     assert re.findall(r'<p class="sentence">(.*?)</p>', page) == [sentence]
 
 
-def test_names_in_a_page_are_text(conversion: Conversion) -> None:
+def test_names_in_a_page_are_text() -> None:
     hostile = {"routine": "r<1>", "reason": "loop </script> index", "residual_mm": np.nan}
-    page = program_page(conversion, statements=[{**conversion.report["statements"][0], **hostile}])
+    page = program_page(seam_under_force(), statements=[{**seam_under_force().report["statements"][0], **hostile}])
     assert "r<1>" not in page and "loop </script>" not in page
     [statement] = carried(page)["statements"]
     assert (statement["reason"], statement["residual_mm"]) == ("loop </script> index", None)
@@ -89,14 +83,14 @@ def test_a_refused_program_says_so() -> None:
     assert Verdict.NOT_KEPT.value in render_certificate(program_certificate("x.mod", refused))
 
 
-def test_the_path_has_the_largest_deviations_the_time_and_the_targets(path: dict[str, Any], seam: Conversion) -> None:
+def test_the_path_has_the_largest_deviations_the_time_and_the_targets(path: dict[str, Any]) -> None:
     places, moves = columns(path, "places"), columns(path, "moves")
     move = places["move"].astype(int)
     for when in ("before", "after"):
         size = np.linalg.norm(places[when], axis=1)[moves["welding"][move] == 1]
-        assert size.max() == pytest.approx(seam.report[f"max_arc_error_{when}_mm"], abs=2e-4)
+        assert size.max() == pytest.approx(seam().report[f"max_arc_error_{when}_mm"], abs=2e-4)
     t = places["t"]
-    assert (np.diff(t) >= -1e-3).all() and t[-1] == pytest.approx(seam.report["cycle_time_before_s"], rel=0.02)
+    assert (np.diff(t) >= -1e-3).all() and t[-1] == pytest.approx(seam().report["cycle_time_before_s"], rel=0.02)
     # The place of the last run of a statement is its target: those of two lie apart as their numbers in the program.
     text = resource("samples", "hull_seam.mod").read_text()
     ends, targets = [], []
@@ -166,12 +160,10 @@ VERDICTS = [
 
 @pytest.mark.parametrize(("report", "weld", "verdict"), VERDICTS)
 def test_a_certificate_says_whether_the_tolerance_is_kept(
-    seam: Conversion, report: dict[str, Any], weld: dict[str, Any], verdict: Verdict
+    report: dict[str, Any], weld: dict[str, Any], verdict: Verdict
 ) -> None:
-    welds = [{**seam.report["welds"][0], **weld}]
-    page = render_certificate(
-        program_certificate("hull_seam.mod", replace(seam, report={**seam.report, "welds": welds, **report}))
-    )
+    changed = {**seam().report, "welds": [{**seam().report["welds"][0], **weld}], **report}
+    page = render_certificate(program_certificate("hull_seam.mod", replace(seam(), report=changed)))
     assert [each for each in Verdict if each.value in page] == [verdict]
     assert ("not fitted to measurements" in page) == (not report)
     assert f"{0 if weld else 1} of 1 seams keep 0.01 mm." in page
