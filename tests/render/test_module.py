@@ -117,13 +117,14 @@ def test_the_header_says_what_was_done() -> None:
 @LINE_ENDS
 def test_a_line_with_several_statements_stays_one_line(newline: str) -> None:
     """Targets that are added between two statements of a line break no line: all outside of the statements is kept."""
-    body = f"MoveJ p1,v200,fine,tT; WaitTime 1; MoveL {target(1350, 100)},v50,fine,tT; WaitTime 2;"
+    body = f"MoveJ p1,v200,fine,tT; WaitTime 1; MoveL {target(1350, 100)},v50,fine\\Inpos:=inpos50,tT; WaitTime 2;"
     body += f"\nIF TRUE THEN MoveL {target(1300, -500)},v50,fine,tT; ENDIF"
     found = convert(module(P1, body).replace("\n", newline))
     assert len(read(written(found)).statements) == 3 + found.report["added_targets"] >= 5
     lines = [line for line in written(found).splitlines() if "WaitTime 1;" in line or "IF TRUE" in line]
     assert [line.count("MoveL") >= 2 for line in lines] == [True, True]
     assert lines[0].endswith("WaitTime 2;") and lines[1].endswith("ENDIF")
+    assert written(found).count("Inpos") == 1  # a stop point is the one of the last target
 
 
 @LINE_ENDS

@@ -1,4 +1,4 @@
-"""The page of a corrected program says the main thing first and carries what it draws."""
+"""Pages of programs say the main thing first: of one, with what is drawn of it, of a batch, and of two folders."""
 
 from __future__ import annotations
 
@@ -10,16 +10,30 @@ from typing import Any
 import numpy as np
 import pytest
 
+from postproc.batch.document import batch_document
+from postproc.batch.values import Batch, TaskOutcome
 from postproc.compensation.options import Options
-from postproc.diagnostics import Source
+from postproc.diagnostics import Finding, Source
 from postproc.files import resource
 from postproc.model.file import default_model
 from postproc.report.page import render_certificate, render_page
 from postproc.results.certificate import Verdict, program_certificate
 from postproc.results.conversion import conversion_document
 from postproc.runtime.passes import correct_program
+from postproc.tasks.task import Task
 from tests.cells.test_paths import FORCE, Case, converted, positioner, track
-from tests.report.build import carried, chain, figures, numbers, program_page, seam, seam_under_force, tables
+from tests.report.build import (
+    LONG_NAME,
+    carried,
+    chain,
+    figures,
+    folders_page,
+    numbers,
+    program_page,
+    seam,
+    seam_under_force,
+    tables,
+)
 
 Columns = dict[str, np.ndarray]
 
@@ -170,3 +184,57 @@ def test_a_certificate_says_whether_the_tolerance_is_kept(
     row = re.search(r"<td[^>]*>rShellSeam</td>.*?</tr>", page, re.DOTALL)
     assert row and (">not kept<" if weld else ">kept<") in row[0]
     assert page.count("name, date, signature") == 3 and "<script" not in page
+
+
+FIGURES = {
+    "max_error_before_mm": 2.0,
+    "added_targets": 1,
+    "cycle_time_s": 9.0,
+    "statements": {"compensated": 3, "skipped": 2},
+}
+ERROR = Finding("RAP007", "error", "PROC `main`", "b<1>.mod", 3, help="x")
+FAR = [Finding("CMP006", "warning", f"{x} mm off", "b<1>.mod", 3, help="x", length_mm=x) for x in (0.1, 0.92)]
+OTHERS = [Finding("MOT012", "info", "x"), Finding("CMP005", "warning", "left")]
+
+
+def test_the_page_of_a_batch_puts_failures_and_the_farthest_first() -> None:
+    near, far = ({**FIGURES, "max_error_after_mm": after} for after in (0.01, 0.2))
+    doubt = {**near, "unproved_statements": 71}
+    outcomes = (
+        TaskOutcome(Task("a.mod", ()), "compensated", True, doubt, (*OTHERS, *FAR)),
+        TaskOutcome(Task("b<1>.mod", ()), "failed", False, {}, (ERROR,)),
+        TaskOutcome(Task("c.mod", ()), "compensated", False, far, (FAR[0],)),
+    )
+    page = render_page(batch_document("cell", Batch(outcomes, 0, ()), pages={"a.mod": "out/report/a #1.html"}))
+    text = "2 of 3 programs are corrected, 6 of 10 motion statements in them; 1 failed and has no output; "
+    assert f"{text}at most 0.200 mm remain, in <code>c.mod</code>." in page
+    assert figures(page) == {
+        "programs corrected": "2",
+        "failed": "1",
+        "worst before": "2.000 mm",
+        "worst after": "0.200 mm",
+        "targets added": "2",
+        "done before": "1",
+    }
+    errors, warnings, programs = (tables(page)[name] for name in ("errors", "warnings", "programs"))
+    assert [row[3:5] for row in errors["rows"]] == [["RAP007", "PROC main"]]
+    assert [row[5] for row in warnings["rows"]] == ["CMP006", "CMP005"]
+    assert warnings["rows"][0][:2] == [3, 2] and "0.92 mm off" in warnings["rows"][0]
+    unproved = [column["title"] for column in programs["columns"]].index("unproved")
+    assert [(row[0], row[unproved], row[-1]) for row in programs["rows"]] == [
+        ("b<1>.mod", None, None),
+        ("c.mod", None, None),
+        ("a.mod", 71, "out/report/a%20%231.html"),
+    ]
+    assert programs["rows"][2][1] == "compensated, as before" and "also run where they cannot be followed" in page
+    assert 'class="was"' in page and 'class="is"' in page
+
+
+def test_the_page_of_two_folders_puts_files_that_differ_first() -> None:
+    files, differences = (tables(folders_page())[name]["rows"] for name in ("files", "differences"))
+    assert [row[:3] for row in files] == [
+        [f"RAPID/{LONG_NAME}.mod", "changed", 250],
+        ["gone.mod", "removed", 0],
+        ["a.mod", "equal", 0],
+    ]
+    assert len(differences) == 250 and figures(folders_page())["files that differ"] == "2"
