@@ -98,8 +98,8 @@ REFUSED = [
     (table("1,2,3", head="x_mm,y_mm,z_mm"), "SEA001", "the table lacks the orientation"),
     (table(*(f"{row},1" for row in ROWS), head=f"{HEAD},x_mm"), "SEA001", "column `x_mm` stands twice in the header"),
     (table(ROWS[0]), "SEA006", "a seam needs two points or more"),
-    (Source("points.csv", b""), "SEA001", ""),
-    (Source("points.csv", b"\x00\xff\xfe,,\n\xff"), "SEA001", ""),
+    (Source("points.csv", b""), "SEA001", "there are no rows in this file"),
+    (Source("points.csv", b"\x00\xff\xfe,,\n\xff"), "SEA001", "this file is no text"),
 ]
 
 
@@ -130,6 +130,13 @@ def test_any_table_is_read_or_refused(head: str, rows: list[list[str]], mark: st
         assert all(d.code.startswith("SEA") and d.render() for d in error.diagnostics)
     else:
         assert np.isfinite(points.place_mm).all() and np.isfinite(points.rotation).all()
+
+
+@settings(max_examples=100)
+@given(st.binary(max_size=200))
+def test_any_bytes_are_refused(data: bytes) -> None:
+    with pytest.raises(PostprocError):
+        read_seam_points(Source("points.csv", data))
 
 
 BACK, TURN = "the seam turns back here, by {} deg", "the torch turns by {} deg from the point before"
