@@ -143,12 +143,6 @@ def test_a_terminal_shows_tables_without_heads_and_what_stands_beneath_a_row() -
     assert "Nothing" not in page and "size" not in re.findall(r"<dt>(.*?)</dt>", page)
 
 
-def test_a_terminal_shows_the_rows_that_matter_and_how_many_there_are() -> None:
-    table = DataTable("t", ("a",), [(i,) for i in range(5)], brief=(1, 3))
-    assert render_text(document(table)).splitlines()[-4:] == ["  a", "  1", "  3", "  3 more; `--verbose` shows them"]
-    assert render_text(document(table), every=True).splitlines()[-5:] == ["  0", "  1", "  2", "  3", "  4"]
-
-
 def law(fit: Fit, key: str, where: str) -> Law:
     [law] = [law for law in laws_of(fit, [key]) if law.where == where]
     return law
