@@ -117,14 +117,21 @@ def test_the_header_says_what_was_done() -> None:
 @LINE_ENDS
 def test_a_line_with_several_statements_stays_one_line(newline: str) -> None:
     """Targets that are added between two statements of a line break no line: all outside of the statements is kept."""
-    body = f"MoveJ p1,v200,fine,tT; WaitTime 1; MoveL {target(1350, 100)},v50,fine\\Inpos:=inpos50,tT; WaitTime 2;"
+    body = f"MoveJ p1,v200,fine,tT; WaitTime 1; MoveL {target(1350, 100)},v50,fine,tT; WaitTime 2;"
     body += f"\nIF TRUE THEN MoveL {target(1300, -500)},v50,fine,tT; ENDIF"
     result = convert(module(P1, body).replace("\n", newline))
     assert len(read(written(result)).statements) == 3 + result.report["added_targets"] >= 5
     lines = [line for line in written(result).splitlines() if "WaitTime 1;" in line or "IF TRUE" in line]
     assert [line.count("MoveL") >= 2 for line in lines] == [True, True]
     assert lines[0].endswith("WaitTime 2;") and lines[1].endswith("ENDIF")
-    assert written(result).count("Inpos") == 1  # a stop point is the one of the last target
+
+
+def test_added_statements_of_a_seam_have_its_data_and_not_the_stop_point_of_its_end() -> None:
+    body = f"MoveJ p1,v200,fine,tT;\nArcLStart {target(1350, -490)},v50,sm,wd\\Weave:=wv,fine,tT;"
+    body += f"\nArcLEnd {target(1350, -100)},v50,sm,wd\\Weave:=wv,fine\\Inpos:=inpos50,tT;"
+    result = convert(module(P1, body))
+    assert written(result).count("\\Weave:=wv") == 2 + result.report["added_targets"] > 2
+    assert written(result).count("\\Inpos") == 1
 
 
 @LINE_ENDS
