@@ -73,15 +73,15 @@ TEXTS = {
 @pytest.mark.parametrize("name", TEXTS)
 def test_numbers_change_and_a_header_is_added_and_nothing_else(name: str, newline: str) -> None:
     before = TEXTS[name] if newline == "\n" else re.sub(r"\r?\n", newline, TEXTS[name])
-    found = convert(before)
-    above, below = around_header(written(found))
+    result = convert(before)
+    above, below = around_header(written(result))
     kept = [NUMBER.sub("#", text) for text in (above + below, above.rstrip("\r\n") + below)]
     assert NUMBER.sub("#", before) in kept  # code on the line of the module goes to a line below the header
     assert re.search(r"(?i)\bmodule\s+\w+\b", above) and not re.search(r"(?i)\b(pers|var|const|proc)\b", above)
-    assert [m.name for m in read(written(found)).modules] == [m.name for m in read(before).modules]
-    assert [d.name for d in read(written(found)).declarations] == [d.name for d in read(before).declarations]
-    assert {o.status for o in found.outcomes} == {"compensated"} and found.report["max_error_after_mm"] <= 0.01
-    assert codes(convert(written(found))) == ["CMP001"]
+    assert [m.name for m in read(written(result)).modules] == [m.name for m in read(before).modules]
+    assert [d.name for d in read(written(result)).declarations] == [d.name for d in read(before).declarations]
+    assert {o.status for o in result.outcomes} == {"compensated"} and result.report["max_error_after_mm"] <= 0.01
+    assert codes(convert(written(result))) == ["CMP001"]
 
 
 @LINE_ENDS
@@ -105,9 +105,9 @@ def test_a_number_in_another_base_is_replaced_by_a_decimal() -> None:
 
 
 def test_the_header_says_what_was_done() -> None:
-    found = convert(PLAIN)
-    [header] = [match[0] for match in HEADER.finditer(written(found))]
-    r = found.report
+    result = convert(PLAIN)
+    [header] = [match[0] for match in HEADER.finditer(written(result))]
+    r = result.report
     errors = f"{r['max_error_before_mm']:.3f} mm before, {r['max_error_after_mm']:.3f} mm after"
     assert re.search(r"! postproc \d+\.\d+\.\d+: compensated for irb4600_60_205", header)
     for text in ("joint_compliance", "force 200, -200, -200 N", errors, f"{r['added_targets']} targets added"):
@@ -119,21 +119,29 @@ def test_a_line_with_several_statements_stays_one_line(newline: str) -> None:
     """Targets that are added between two statements of a line break no line: all outside of the statements is kept."""
     body = f"MoveJ p1,v200,fine,tT; WaitTime 1; MoveL {target(1350, 100)},v50,fine,tT; WaitTime 2;"
     body += f"\nIF TRUE THEN MoveL {target(1300, -500)},v50,fine,tT; ENDIF"
-    found = convert(module(P1, body).replace("\n", newline))
-    assert len(read(written(found)).statements) == 3 + found.report["added_targets"] >= 5
-    lines = [line for line in written(found).splitlines() if "WaitTime 1;" in line or "IF TRUE" in line]
+    result = convert(module(P1, body).replace("\n", newline))
+    assert len(read(written(result)).statements) == 3 + result.report["added_targets"] >= 5
+    lines = [line for line in written(result).splitlines() if "WaitTime 1;" in line or "IF TRUE" in line]
     assert [line.count("MoveL") >= 2 for line in lines] == [True, True]
     assert lines[0].endswith("WaitTime 2;") and lines[1].endswith("ENDIF")
+
+
+def test_added_statements_of_a_seam_have_its_data_and_not_the_stop_point_of_its_end() -> None:
+    body = f"MoveJ p1,v200,fine,tT;\nArcLStart {target(1350, -490)},v50,sm,wd\\Weave:=wv,fine,tT;"
+    body += f"\nArcLEnd {target(1350, -100)},v50,sm,wd\\Weave:=wv,fine\\Inpos:=inpos50,tT;"
+    result = convert(module(P1, body))
+    assert written(result).count("\\Weave:=wv") == 2 + result.report["added_targets"] > 2
+    assert written(result).count("\\Inpos") == 1
 
 
 @LINE_ENDS
 def test_comments_inside_a_replaced_argument_stay(newline: str) -> None:
     place = f"RelTool({target(1350, -400)}, ! the seam's end\n      0,0,-2 ! above it\n      )"
     body = f"MoveJ {target(1350, -500)},v200,fine,tT;\nMoveL {place},v50,fine,tT;"
-    found = convert(module("", body).replace("\n", newline))
-    assert found.outcomes[1].edited == "derived" and target(1350, -400) not in written(found)
-    assert f"], ! the seam's end{newline}    0,0,-2 ! above it{newline}    ),v50,fine,tT;" in written(found)
-    assert written(found).count("\n") == written(found).count(newline)
+    result = convert(module("", body).replace("\n", newline))
+    assert result.outcomes[1].edited == "derived" and target(1350, -400) not in written(result)
+    assert f"], ! the seam's end{newline}    0,0,-2 ! above it{newline}    ),v50,fine,tT;" in written(result)
+    assert written(result).count("\n") == written(result).count(newline)
 
 
 @pytest.mark.parametrize("moves", [False, True], ids=["kept", "changed"])

@@ -61,19 +61,18 @@ def test_the_torch_points_against_the_normal_and_along_the_seam() -> None:
         assert np.allclose(R @ R.T, np.eye(3)) and np.linalg.det(R) == pytest.approx(1)
 
 
-@pytest.mark.parametrize("mark", ["\n", "\r\n", "\n\n# a note\n"])
-def test_quaternions_are_taken_as_they_are(mark: str) -> None:
-    head = QUATERNIONS.replace(",", ";")
-    points = read_seam_points(table("1;2;3;0.5;0.5;-0.5;0.5", "1;3;3;0;1;0;0", head=head, mark=mark))
+LAYOUTS = {
+    "commas": f"{QUATERNIONS}\n1000.5,2,3,0.5,0.5,-0.5,0.5\n1,3,3,0,1,0,0",
+    "semicolons": f"{QUATERNIONS}\r\n# a note\r\n\r\n1000.5,2,3,0.5,0.5,-0.5,0.5\r\n1,3,3,0,1,0,0".replace(",", ";"),
+    "a German spreadsheet": f"Seam 7\n{QUATERNIONS.upper().replace(',', ';')}\n1.000,5;2;3;0,5;0,5;-0,5;0,5\n1;3;3;0;1;0;0",
+}
+
+
+@pytest.mark.parametrize("text", LAYOUTS.values(), ids=LAYOUTS)
+def test_points_and_quaternions_are_read_as_they_stand(text: str) -> None:
+    points = read_seam_points(Source("points.csv", text.encode()))
+    assert points.place_mm.tolist() == [[1000.5, 2, 3], [1, 3, 3]] and points.speed_mm_s is None
     assert np.allclose(points.rotation[0], quaternion_matrix(np.array([0.5, 0.5, -0.5, 0.5])))
-    assert points.place_mm.tolist() == [[1, 2, 3], [1, 3, 3]] and points.speed_mm_s is None
-
-
-def test_tables_of_a_german_spreadsheet() -> None:
-    head, rows = HEAD.replace(",", ";").upper(), [row.replace(",", ";").replace(".", ",") for row in ROWS]
-    points = read_seam_points(table("1.000,5;0;0;0;1;0;0;0;1", *rows, head=f"Seam 7\n{head}"))
-    assert points.place_mm[0].tolist() == [1000.5, 0, 0]
-    assert points.place_mm[1:].tolist() == read_seam_points(table(*ROWS)).place_mm.tolist()
 
 
 def third_row(row: str) -> Source:
@@ -99,8 +98,8 @@ REFUSED = [
     (table("1,2,3", head="x_mm,y_mm,z_mm"), "SEA001", "the table lacks the orientation"),
     (table(*(f"{row},1" for row in ROWS), head=f"{HEAD},x_mm"), "SEA001", "column `x_mm` stands twice in the header"),
     (table(ROWS[0]), "SEA006", "a seam needs two points or more"),
-    (Source("points.csv", b""), "SEA001", ""),
-    (Source("points.csv", b"\x00\xff\xfe,,\n\xff"), "SEA001", ""),
+    (Source("points.csv", b""), "SEA001", "there are no rows in this file"),
+    (Source("points.csv", b"\x00\xff\xfe,,\n\xff"), "SEA001", "this file is no text"),
 ]
 
 
@@ -131,6 +130,13 @@ def test_any_table_is_read_or_refused(head: str, rows: list[list[str]], mark: st
         assert all(d.code.startswith("SEA") and d.render() for d in error.diagnostics)
     else:
         assert np.isfinite(points.place_mm).all() and np.isfinite(points.rotation).all()
+
+
+@settings(max_examples=100)
+@given(st.binary(max_size=200))
+def test_any_bytes_are_refused(data: bytes) -> None:
+    with pytest.raises(PostprocError):
+        read_seam_points(Source("points.csv", data))
 
 
 BACK, TURN = "the seam turns back here, by {} deg", "the torch turns by {} deg from the point before"

@@ -31,13 +31,13 @@ CHANGED = [  # a template, its text, and the pattern that it makes, once or for 
 @pytest.mark.parametrize(("name", "text", "pattern"), CHANGED)
 def test_a_template_of_the_folder_replaces_the_shipped_one(tmp_path: Path, name: str, text: str, pattern: str) -> None:
     (tmp_path / name).write_text(text, encoding="utf-8")
-    found = convert(TEXT, template_dir=tmp_path)
+    result = convert(TEXT, template_dir=tmp_path)
     once = name in ("header.j2", "module.j2")
-    assert len(re.findall(pattern, written(found))) == (1 if once else found.report["added_targets"]) > 0
-    assert found.exit_code == 0 and found.report["max_error_after_mm"] <= 0.01
-    assert not program(written(found)).diagnostics
-    assert ("deviation along" in written(found)) == (name != "header.j2")
-    assert (body_of(written(found)) == body_of(written(convert(TEXT)))) == once
+    assert len(re.findall(pattern, written(result))) == (1 if once else result.report["added_targets"]) > 0
+    assert result.exit_code == 0 and result.report["max_error_after_mm"] <= 0.01
+    assert not program(written(result)).diagnostics
+    assert ("deviation along" in written(result)) == (name != "header.j2")
+    assert (body_of(written(result)) == body_of(written(convert(TEXT)))) == once
 
 
 @pytest.mark.parametrize("name", ["nowhere", "header.j2"])

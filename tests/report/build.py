@@ -66,11 +66,20 @@ def added(*keys: str) -> Addition:
     return add_effects(*sample(BACKLASH), list(keys))
 
 
-@cache
 def corrected(name: str, **options: Any) -> Conversion:
     """The conversion of a program of the samples to a hundredth of a millimetre."""
     source = Source(name, resource("samples", name).read_bytes())
     return correct_program(source, default_model(), Options(tolerance_m=1e-5, **options))
+
+
+@cache
+def seam() -> Conversion:
+    return corrected("hull_seam.mod")
+
+
+@cache
+def seam_under_force() -> Conversion:
+    return corrected("paper_case.mod", force=(200.0, -200.0, -200.0))
 
 
 def program_page(conversion: Conversion, name: str = "x.mod", **report: Any) -> str:

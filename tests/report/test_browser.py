@@ -11,7 +11,6 @@ from typing import Any
 
 import pytest
 
-from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
 from postproc.diagnostics import Source
 from postproc.model.file import default_model
@@ -32,6 +31,7 @@ from tests.report.build import (
     diagnosed,
     folders_page,
     program_page,
+    seam,
 )
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
@@ -63,6 +63,20 @@ CUT_CELLS = """() => [...document.querySelectorAll("td")].filter((e) => { const 
     const r = range.getBoundingClientRect(), s = e.getBoundingClientRect();
     return r.right > s.right + 1 && getComputedStyle(e).overflowX !== "hidden"; }).map((e) => e.textContent)"""
 COLORS = "[getComputedStyle(document.body).backgroundColor, getComputedStyle(document.body).color]"
+
+
+PAGES: dict[str, Callable[[], str]] = {
+    "compensate": lambda: program_page(seam(), "hull_seam.mod"),
+    "certificate": lambda: render_certificate(program_certificate("hull_seam.mod", seam())),
+    "compare": lambda: render_page(comparison_document("cell.toml", compared())),
+    "arm certificate": lambda: render_certificate(arm_certificate("cell.toml", compared())),
+    "add": lambda: render_page(addition_document("cell.toml", added("backlash", "transmission_error"))),
+    "diagnose": lambda: render_page(diagnosis_document("cell.toml", diagnosed(BACKLASH))),
+    "unknown": lambda: render_page(diagnosis_document("cell.toml", diagnosed(STEP))),
+    "batch": lambda: batch_page(f"{LONG_NAME}_{i:04d}.mod" for i in range(12)),
+    "long batch": lambda: batch_page(f"{LONG_NAME}_{i:04d}.mod" for i in range(250)),
+    "diff": folders_page,
+}
 
 
 @pytest.fixture(scope="module")
@@ -113,18 +127,8 @@ def selected(page: Any) -> str:
     return str(page.inner_text(f'{STATEMENTS} tr[aria-selected="true"] td:nth-child(4)'))
 
 
-@pytest.fixture(scope="module")
-def corrected(seam: Conversion) -> str:
-    return program_page(seam, "hull_seam.mod")
-
-
-@pytest.fixture(scope="module")
-def improved() -> str:
-    return render_page(addition_document("cell.toml", added("backlash", "transmission_error")))
-
-
-def test_everything_on_the_page_of_a_program_shows_the_same_place(opened: Open, corrected: str) -> None:
-    page = opened(corrected)
+def test_everything_on_the_page_of_a_program_shows_the_same_place(opened: Open) -> None:
+    page = opened(PAGES["compensate"]())
     assert selected(page) == "pSeam90"  # the largest deviation is chosen first
     with changes(page):
         page.click(f'{STATEMENTS} tr:has-text("pSeam40")')
@@ -145,8 +149,8 @@ def test_everything_on_the_page_of_a_program_shows_the_same_place(opened: Open, 
         page.keyboard.press("ArrowRight")
 
 
-def test_a_target_is_named_when_it_is_pointed_at(opened: Open, corrected: str) -> None:
-    page = opened(corrected)
+def test_a_target_is_named_when_it_is_pointed_at(opened: Open) -> None:
+    page = opened(PAGES["compensate"]())
     canvas = page.locator("canvas")
     canvas.scroll_into_view_if_needed()
     box = canvas.bounding_box()
@@ -157,8 +161,8 @@ def test_a_target_is_named_when_it_is_pointed_at(opened: Open, corrected: str) -
     assert all(word in page.inner_text(".tip") for word in ("pSeam", "before", "after"))
 
 
-def test_slider_buttons_keys_and_mouse_change_the_picture(opened: Open, corrected: str) -> None:
-    page = opened(corrected)
+def test_slider_buttons_keys_and_mouse_change_the_picture(opened: Open) -> None:
+    page = opened(PAGES["compensate"]())
     with changes(page):
         page.fill('[aria-label="how many times as large the deviation is drawn"]', "80")
     assert "times as large" in page.inner_text('[data-path="controls"] output')
@@ -204,8 +208,8 @@ def test_a_long_program_is_searched_and_turned_at_once(opened: Open) -> None:
     assert page.evaluate(FRAME_MS) < 500  # [ms] a frame without a graphics card, on a busy machine
 
 
-def test_the_error_falls_from_step_to_step_of_a_model(opened: Open, improved: str) -> None:
-    page = opened(improved)
+def test_the_error_falls_from_step_to_step_of_a_model(opened: Open) -> None:
+    page = opened(PAGES["add"]())
     laws = page.locator('[data-steps="laws"] svg')
     assert "+ transmission_error" in page.inner_text(STEP_NAME) and laws.count() >= 3
     page.fill('[aria-label="step of the model"]', "0")
@@ -232,24 +236,9 @@ def test_the_worst_pose_is_shown_with_the_arm(opened: Open) -> None:
     assert page.locator("details[open] svg").count() > 3
 
 
-PAGES: dict[str, Callable[[], str]] = {
-    "compare": lambda: render_page(comparison_document("cell.toml", compared())),
-    "arm certificate": lambda: render_certificate(arm_certificate("cell.toml", compared())),
-    "diagnose": lambda: render_page(diagnosis_document("cell.toml", diagnosed(BACKLASH))),
-    "unknown": lambda: render_page(diagnosis_document("cell.toml", diagnosed(STEP))),
-    "batch": lambda: batch_page(f"{LONG_NAME}_{i:04d}.mod" for i in range(12)),
-    "long batch": lambda: batch_page(f"{LONG_NAME}_{i:04d}.mod" for i in range(250)),
-    "diff": folders_page,
-}
-
-
-@pytest.mark.parametrize("name", ["compensate", "certificate", *PAGES])
-def test_on_a_phone_nothing_is_cut_off_or_small(opened: Open, seam: Conversion, corrected: str, name: str) -> None:
-    of_program = {
-        "compensate": corrected,
-        "certificate": render_certificate(program_certificate("hull_seam.mod", seam)),
-    }
-    page = opened(of_program.get(name) or PAGES[name](), PHONE, color_scheme="light", has_touch=True)
+@pytest.mark.parametrize("name", PAGES)
+def test_on_a_phone_nothing_is_cut_off_or_small(opened: Open, name: str) -> None:
+    page = opened(PAGES[name](), PHONE, color_scheme="light", has_touch=True)
     page.wait_for_timeout(200)
     assert page.evaluate("document.documentElement.scrollWidth") <= PHONE[0]
     assert [page.evaluate(script) for script in (SMALL, CUT_LABELS, CUT_CELLS)] == [[], [], []]
@@ -258,13 +247,13 @@ def test_on_a_phone_nothing_is_cut_off_or_small(opened: Open, seam: Conversion, 
     assert page.evaluate(COLORS) == ["rgb(20, 24, 29)", "rgb(228, 232, 236)"]
 
 
-def test_everything_has_a_name_for_who_hears_the_page(opened: Open, corrected: str, improved: str) -> None:
-    for page in map(opened, (corrected, improved)):
+def test_everything_has_a_name_for_who_hears_the_page(opened: Open) -> None:
+    for page in map(opened, (PAGES["compensate"](), PAGES["add"]())):
         assert page.evaluate(NAMELESS) == [] and page.evaluate("document.documentElement.lang") == "en"
 
 
-def test_a_printed_page_has_its_pictures(opened: Open, corrected: str) -> None:
-    page = opened(corrected, color_scheme="dark")
+def test_a_printed_page_has_its_pictures(opened: Open) -> None:
+    page = opened(PAGES["compensate"](), color_scheme="dark")
     pdf = page.pdf(format="A4")
     assert pdf.startswith(b"%PDF") and pdf.count(b"/Type /Page\n") <= 6
     assert page.evaluate("document.documentElement.classList.contains('paper')") is False

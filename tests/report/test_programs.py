@@ -1,4 +1,4 @@
-"""The page of a corrected program says the main thing first and carries what it draws."""
+"""Pages of programs say the main thing first: of one, with what is drawn of it, of a batch, and of two folders."""
 
 from __future__ import annotations
 
@@ -10,17 +10,30 @@ from typing import Any
 import numpy as np
 import pytest
 
-from postproc.compensation.conversion import Conversion
+from postproc.batch.document import batch_document
+from postproc.batch.values import Batch, TaskOutcome
 from postproc.compensation.options import Options
-from postproc.diagnostics import Source
+from postproc.diagnostics import Finding, Source
 from postproc.files import resource
 from postproc.model.file import default_model
 from postproc.report.page import render_certificate, render_page
 from postproc.results.certificate import Verdict, program_certificate
 from postproc.results.conversion import conversion_document
 from postproc.runtime.passes import correct_program
+from postproc.tasks.task import Task
 from tests.cells.test_paths import FORCE, Case, converted, positioner, track
-from tests.report.build import carried, chain, figures, numbers, program_page, tables
+from tests.report.build import (
+    LONG_NAME,
+    carried,
+    chain,
+    figures,
+    folders_page,
+    numbers,
+    program_page,
+    seam,
+    seam_under_force,
+    tables,
+)
 
 Columns = dict[str, np.ndarray]
 
@@ -31,13 +44,13 @@ def columns(path: dict[str, Any], part: str) -> Columns:
 
 
 @pytest.fixture(scope="module")
-def path(seam: Conversion) -> dict[str, Any]:
-    return dict(carried(program_page(seam), "path"))
+def path() -> dict[str, Any]:
+    return dict(carried(program_page(seam()), "path"))
 
 
-def test_the_first_screen_has_the_deviation_before_and_after(conversion: Conversion) -> None:
-    made, r = {"model": "cell.toml", "force on the TCP [N]": "0,0,-50"}, conversion.report
-    page = render_page(conversion_document("a<b>.mod", conversion, made))
+def test_the_first_screen_has_the_deviation_before_and_after() -> None:
+    made, r = {"model": "cell.toml", "force on the TCP [N]": "0,0,-50"}, seam_under_force().report
+    page = render_page(conversion_document("a<b>.mod", seam_under_force(), made))
     before, after = (f"{r[f'max_arc_error_{when}_mm']:.3f} mm" for when in ("before", "after"))
     assert f"At most {after} of deviation remain while the arc burns" in page and f"where there were {before}" in page
     assert list(figures(page).values())[:2] == [before, after] and len(figures(page)) == 3
@@ -48,32 +61,27 @@ def test_the_first_screen_has_the_deviation_before_and_after(conversion: Convers
     assert carried(page) == json.loads(json.dumps(r))
 
 
-FELL = "At most 0.004 mm of deviation remain along lines and arcs"
-WERE = "where there were 0.500 mm"
+FELL = "At most 0.004 mm of deviation remain along lines and arcs{}, where there were 0.500 mm{}."
+UNSTEADY = "; up to 0.062 mm while the speed changes and 0.200 mm where the correction jumps"
+UNPROVED = " 3 of these statements also run where they cannot be followed: what remains there is not proved."
 SENTENCES = [
-    ({}, f"{FELL}, {WERE}."),
-    (
-        {"max_transient_mm": 0.062, "max_transition_mm": 0.2},
-        f"{FELL} at steady speed, {WERE}; up to 0.062 mm while the speed changes and 0.200 mm where the correction jumps.",
-    ),
-    (
-        {"unproved_statements": 3},
-        f"{FELL}, {WERE}. 3 of these statements also run where they cannot be followed: what remains there is not proved.",
-    ),
+    ({}, FELL.format("", "")),
+    ({"max_transient_mm": 0.062, "max_transition_mm": 0.2}, FELL.format(" at steady speed", UNSTEADY)),
+    ({"unproved_statements": 3}, FELL.format("", "") + UNPROVED),
 ]
 
 
 @pytest.mark.parametrize(("others", "sentence"), SENTENCES)
-def test_the_sentence_says_what_remains(conversion: Conversion, others: dict[str, float], sentence: str) -> None:
+def test_the_sentence_says_what_remains(others: dict[str, float], sentence: str) -> None:
     steady = {"max_error_before_mm": 0.5, "max_error_after_mm": 0.004, "tolerance_mm": 0.01, "max_transient_mm": 0.01}
     arc = {"max_arc_error_before_mm": None, "max_arc_error_after_mm": None, "max_transition_mm": 0.0}
-    page = program_page(conversion, **{**steady, **arc, **others})
+    page = program_page(seam_under_force(), **{**steady, **arc, **others})
     assert re.findall(r'<p class="sentence">(.*?)</p>', page) == [sentence]
 
 
-def test_names_in_a_page_are_text(conversion: Conversion) -> None:
+def test_names_in_a_page_are_text() -> None:
     hostile = {"routine": "r<1>", "reason": "loop </script> index", "residual_mm": np.nan}
-    page = program_page(conversion, statements=[{**conversion.report["statements"][0], **hostile}])
+    page = program_page(seam_under_force(), statements=[{**seam_under_force().report["statements"][0], **hostile}])
     assert "r<1>" not in page and "loop </script>" not in page
     [statement] = carried(page)["statements"]
     assert (statement["reason"], statement["residual_mm"]) == ("loop </script> index", None)
@@ -89,14 +97,14 @@ def test_a_refused_program_says_so() -> None:
     assert Verdict.NOT_KEPT.value in render_certificate(program_certificate("x.mod", refused))
 
 
-def test_the_path_has_the_largest_deviations_the_time_and_the_targets(path: dict[str, Any], seam: Conversion) -> None:
+def test_the_path_has_the_largest_deviations_the_time_and_the_targets(path: dict[str, Any]) -> None:
     places, moves = columns(path, "places"), columns(path, "moves")
     move = places["move"].astype(int)
     for when in ("before", "after"):
         size = np.linalg.norm(places[when], axis=1)[moves["welding"][move] == 1]
-        assert size.max() == pytest.approx(seam.report[f"max_arc_error_{when}_mm"], abs=2e-4)
+        assert size.max() == pytest.approx(seam().report[f"max_arc_error_{when}_mm"], abs=2e-4)
     t = places["t"]
-    assert (np.diff(t) >= -1e-3).all() and t[-1] == pytest.approx(seam.report["cycle_time_before_s"], rel=0.02)
+    assert (np.diff(t) >= -1e-3).all() and t[-1] == pytest.approx(seam().report["cycle_time_before_s"], rel=0.02)
     # The place of the last run of a statement is its target: those of two lie apart as their numbers in the program.
     text = resource("samples", "hull_seam.mod").read_text()
     ends, targets = [], []
@@ -166,15 +174,67 @@ VERDICTS = [
 
 @pytest.mark.parametrize(("report", "weld", "verdict"), VERDICTS)
 def test_a_certificate_says_whether_the_tolerance_is_kept(
-    seam: Conversion, report: dict[str, Any], weld: dict[str, Any], verdict: Verdict
+    report: dict[str, Any], weld: dict[str, Any], verdict: Verdict
 ) -> None:
-    welds = [{**seam.report["welds"][0], **weld}]
-    page = render_certificate(
-        program_certificate("hull_seam.mod", replace(seam, report={**seam.report, "welds": welds, **report}))
-    )
+    changed = {**seam().report, "welds": [{**seam().report["welds"][0], **weld}], **report}
+    page = render_certificate(program_certificate("hull_seam.mod", replace(seam(), report=changed)))
     assert [each for each in Verdict if each.value in page] == [verdict]
     assert ("not fitted to measurements" in page) == (not report)
     assert f"{0 if weld else 1} of 1 seams keep 0.01 mm." in page
     row = re.search(r"<td[^>]*>rShellSeam</td>.*?</tr>", page, re.DOTALL)
     assert row and (">not kept<" if weld else ">kept<") in row[0]
     assert page.count("name, date, signature") == 3 and "<script" not in page
+
+
+FIGURES = {
+    "max_error_before_mm": 2.0,
+    "added_targets": 1,
+    "cycle_time_s": 9.0,
+    "statements": {"compensated": 3, "skipped": 2},
+}
+ERROR = Finding("RAP007", "error", "PROC `main`", "b<1>.mod", 3, help="x")
+FAR = [Finding("CMP006", "warning", f"{x} mm off", "b<1>.mod", 3, help="x", length_mm=x) for x in (0.1, 0.92)]
+OTHERS = [Finding("MOT012", "info", "x"), Finding("CMP005", "warning", "left")]
+
+
+def test_the_page_of_a_batch_puts_failures_and_the_farthest_first() -> None:
+    near, far = ({**FIGURES, "max_error_after_mm": after} for after in (0.01, 0.2))
+    doubt = {**near, "unproved_statements": 71}
+    outcomes = (
+        TaskOutcome(Task("a.mod", ()), "compensated", True, doubt, (*OTHERS, *FAR)),
+        TaskOutcome(Task("b<1>.mod", ()), "failed", False, {}, (ERROR,)),
+        TaskOutcome(Task("c.mod", ()), "compensated", False, far, (FAR[0],)),
+    )
+    page = render_page(batch_document("cell", Batch(outcomes, 0, ()), pages={"a.mod": "out/report/a #1.html"}))
+    text = "2 of 3 programs are corrected, 6 of 10 motion statements in them; 1 failed and has no output; "
+    assert f"{text}at most 0.200 mm remain, in <code>c.mod</code>." in page
+    assert figures(page) == {
+        "programs corrected": "2",
+        "failed": "1",
+        "worst before": "2.000 mm",
+        "worst after": "0.200 mm",
+        "targets added": "2",
+        "done before": "1",
+    }
+    errors, warnings, programs = (tables(page)[name] for name in ("errors", "warnings", "programs"))
+    assert [row[3:5] for row in errors["rows"]] == [["RAP007", "PROC main"]]
+    assert [row[5] for row in warnings["rows"]] == ["CMP006", "CMP005"]
+    assert warnings["rows"][0][:2] == [3, 2] and "0.92 mm off" in warnings["rows"][0]
+    unproved = [column["title"] for column in programs["columns"]].index("unproved")
+    assert [(row[0], row[unproved], row[-1]) for row in programs["rows"]] == [
+        ("b<1>.mod", None, None),
+        ("c.mod", None, None),
+        ("a.mod", 71, "out/report/a%20%231.html"),
+    ]
+    assert programs["rows"][2][1] == "compensated, as before" and "also run where they cannot be followed" in page
+    assert 'class="was"' in page and 'class="is"' in page
+
+
+def test_the_page_of_two_folders_puts_files_that_differ_first() -> None:
+    files, differences = (tables(folders_page())[name]["rows"] for name in ("files", "differences"))
+    assert [row[:3] for row in files] == [
+        [f"RAPID/{LONG_NAME}.mod", "changed", 250],
+        ["gone.mod", "removed", 0],
+        ["a.mod", "equal", 0],
+    ]
+    assert len(differences) == 250 and figures(folders_page())["files that differ"] == "2"
