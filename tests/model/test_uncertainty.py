@@ -42,18 +42,14 @@ def draws(n: int, seed: int = 29) -> np.ndarray:
     return np.random.default_rng(seed).uniform(-1.2, 1.2, (n, 6))
 
 
-def test_an_uncertain_base_turn_grows_with_the_radius():
-    model = knowing(FITTED, [("joint_offset", 0)], [[1e-8]], 3e-6)
-    state = model.state(np.zeros((1, 6)))
-    reach = predict(model, state)[0, 0, 3]
-    assert predict_sigma(model, state)[0] == pytest.approx(np.sqrt((1e-4 * reach) ** 2 / 3 + 3e-6**2), rel=1e-3)
-
-
-def test_the_instruments_frame_does_not_count_in_the_base():
-    model = knowing(FITTED, [("instrument_frame", 0), ("instrument_frame", 1)], np.diag([4e-8, 4e-8]))
-    state = model.state(draws(3))
-    assert predict_sigma(model, state) == pytest.approx(2e-4 * np.sqrt(2 / 3))
-    assert predict_sigma(model, state, instrument=False) == pytest.approx(0.0)
+def test_an_uncertain_base_turn_grows_with_the_radius_and_the_instruments_frame_does_not_count_in_the_base():
+    base = knowing(FITTED, [("joint_offset", 0)], [[1e-8]], 3e-6)
+    state = base.state(np.eye(3, 6))
+    reach = np.linalg.norm(predict(base, state)[:, :2, 3], axis=1)
+    assert predict_sigma(base, state) == pytest.approx(np.sqrt((1e-4 * reach) ** 2 / 3 + 3e-6**2), rel=1e-3)
+    frame = knowing(FITTED, [("instrument_frame", 0), ("instrument_frame", 1)], np.diag([4e-8, 4e-8]))
+    assert predict_sigma(frame, state) == pytest.approx(2e-4 * np.sqrt(2 / 3))
+    assert predict_sigma(frame, state, instrument=False) == pytest.approx(0.0)
 
 
 def test_coverage_of_the_truth():
@@ -104,7 +100,7 @@ def test_a_free_function_is_as_uncertain_as_its_prior_where_it_has_learned_nothi
     assert np.mean(np.array(wide)[:, wanted > 1.5]) > 10 * np.mean(np.array(wide)[:, ~beyond])
 
 
-def test_a_file_carries_it(tmp_path):
+def test_a_file_carries_it_and_a_model_without_a_fit_has_none(tmp_path):
     listed = [("joint_offset", 1), ("joint_compliance", 2)]
     model = knowing(FITTED, listed, [[1e-8, 1e-13], [1e-13, 1e-16]], 2e-5)
     state = model.state(draws(4), payload_mass=np.full(4, 10.0))
@@ -116,6 +112,7 @@ def test_a_file_carries_it(tmp_path):
     )
     assert again.fit["parameters"] == ["joint_offset.offset_rad[2]", "joint_compliance.compliance_rad_per_Nm[3]"]
     assert predict_sigma(again, state) == pytest.approx(sigma, rel=1e-8)
+    assert np.isnan(predict_sigma(FITTED, state)).all()
     for rows in ([[1e-8, 1e-13], ["1e-13", "1e-16"]], ["1e-8", "1e-13 1e-16"]):  # by hand, and of older files
         stated = replace(again, fit={**plain, "covariance": rows})
         assert predict_sigma(stated, state) == pytest.approx(sigma, rel=1e-12)
@@ -127,7 +124,7 @@ def test_a_file_carries_it(tmp_path):
 def test_states_beyond_the_measured_range_are_named():
     state = ARM.state(draws(4), payload_mass=np.full(4, 10.0))
     fitted = replace(ARM, fit={"range": range_table(state)})
-    assert beyond_range(fitted, state) == ()
+    assert beyond_range(fitted, state) == beyond_range(ARM, state) == ()
     far = state.with_(q=state.q + np.array([0, 2.5, 0, 0, 0, 0]), payload_mass=np.full(4, 30.0))
     first, second = beyond_range(fitted, far)
     assert (first.channel, first.reached) == ("q2", pytest.approx(far.q[:, 1].max()))
@@ -143,12 +140,6 @@ def test_a_side_from_which_no_row_came_is_outside_the_range():
     assert beyond_range(fitted, state.with_(approach=np.where(side == -1.0, 0.0, side))) == ()
     [beyond] = beyond_range(fitted, state.with_(approach=-side))
     assert beyond.rows.all() and beyond.text == "joint 1 comes from its - side, and was measured from the other alone"
-
-
-def test_a_model_without_a_fit_says_so():
-    state = ARM.state(np.zeros((2, 6)))
-    assert np.isnan(predict_sigma(ARM, state)).all()
-    assert beyond_range(ARM, state) == ()
 
 
 @pytest.mark.parametrize("key", ["link_geometry", "bearing_tilt", "base_compliance", "link_compliance"])
