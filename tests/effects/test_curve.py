@@ -271,7 +271,7 @@ def test_a_wrong_table_says_what_is_wrong(changes, code, said):
         (curve("instrument, scale", "rail_m", "bump", (1.5, 0.2), 0.5, share=[1e-5]),
          "scale of instrument, scale = 20 ppm exp(-((rail_m - 1.5) / 0.2)^2 / 2)"),
         (curve("tool, under a weight", "level", "line", (0.0,), 2.0, mass_kg=[3.0]),
-         "mass of tool, under a weight = 1.5 kg (level - 0)"),
+         "mass of tool, under a weight = 1.5 kg level"),
     ],
 )  # fmt: skip
 def test_a_curve_is_written_in_symbols(one, said):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from postproc.effects.base import Effect, Load, param
-from postproc.effects.contract import State
+from postproc.channels.state import State
 from postproc.effects.library.joints.backlash import Backlash
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model

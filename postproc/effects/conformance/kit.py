@@ -14,7 +14,6 @@ from collections.abc import Iterator
 from dataclasses import fields, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from postproc.arrays import GRAVITY, Array
 from postproc.channels.state import COLUMNS
@@ -92,22 +91,6 @@ def contribution(effect: Effect, state: State) -> Array:
         parts = (result.joint, *(result.body.get(body) for body in range(7)), *ends)
         blocks += [_block(cls, member, len(state), part) for part in parts]
     return np.concatenate(blocks, axis=1)
-
-
-def sensitivity(effect: Effect, state: State, freed: NDArray[np.int_]) -> Array:
-    """Return (rows, k) the change of all outputs at all states per typical size of each of k parameters.
-
-    Where the effect has a `joint_basis` a row is a state, and a column the angle of the joint that its parameter moves.
-
-    Args:
-        freed: (k,) indices of the parameters in the effect's vector.
-    """
-    exact = effect.joint_basis(state)
-    if exact is not None:
-        return np.asarray(exact.values[:, freed] * effect.scale()[freed])
-    x, step = effect.vector(), 1e-4 * np.diag(effect.scale())
-    ends = ([contribution(effect.with_vector(x + sign * step[i]), state) for sign in (1, -1)] for i in freed)
-    return np.stack([(up - down).ravel() for up, down in ends], axis=1) / 2e-4
 
 
 def _declaration(cls: type[Effect]) -> Iterator[Diagnostic]:
@@ -221,7 +204,12 @@ def _sample(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
         return
     for form in _forms(cls, state):
         effect, freed = _sized(form.effect), np.flatnonzero(form.refit)
-        columns = sensitivity(effect, state, freed)
+        basis, x, step = effect.joint_basis(state), effect.vector(), 1e-4 * np.diag(effect.scale())
+        if basis is not None:
+            columns = basis.values[:, freed]
+        else:
+            ends = ([contribution(effect.with_vector(x + sign * step[i]), state) for sign in (1, -1)] for i in freed)
+            columns = np.stack([(up - down).ravel() for up, down in ends], axis=1)
         size = np.linalg.norm(columns, axis=0)
         if np.any(size == 0.0):
             names = ", ".join(f"`{n}`" for n in np.array(effect.names())[freed][size == 0.0][:4])
