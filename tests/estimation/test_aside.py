@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from postproc.estimation.channels import channels
-from postproc.estimation.findings import cautions, data_findings, standing_out
+from postproc.estimation.findings import cautions, data_findings, outlying_rows
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.problem import Weights
 from postproc.identification.diagnose import diagnose
@@ -39,7 +39,7 @@ def test_poses_that_show_a_local_error_are_not_taken_for_bad_readings():
 def test_rows_that_stand_out_are_one_finding_at_the_farthest():
     data, _ = cell(worn_tooth, seed=911, poses=80, noise=0.01)
     fit = base_fit(data)
-    rows = standing_out(fit)
+    rows = outlying_rows(fit)
     size = np.linalg.norm(fit.position_error[rows], axis=1)
     assert 1 < len(rows) < 10
     (found,) = (d for d in data_findings(fit) if d.code == "DAT025")
