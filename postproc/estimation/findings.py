@@ -31,7 +31,7 @@ def data_findings(fit: Fit) -> list[Diagnostic]:
 
     They are DAT013, DAT025, DAT027, DAT032 and DAT037.
     """
-    findings = [*some_of_many(fit.data), *too_loud(fit), *one_path(fit)]
+    findings = [*subsample_findings(fit.data), *impossible_noise(fit), *one_path(fit)]
     noise, stated, unit = larger_noise(fit), fit.noise, fit.observed.unit
     if noise is not stated and chance_of_excess(_ratio(noise, stated), noise.dof, np.inf) < DOUBTFUL_CHANCE:
         message = (
@@ -45,7 +45,7 @@ def data_findings(fit: Fit) -> list[Diagnostic]:
         message += "; it is left out"
         help_ = "measure the row again; if it repeats, it shows something that the model lacks"
         findings.append(Diagnostic("DAT013", "warning", message, *fit.data.where(i), help_))
-    if rows := sorted(standing_out(fit).tolist(), key=lambda i: -size[i]):
+    if rows := sorted(outlying_rows(fit).tolist(), key=lambda i: -size[i]):
         message = (
             f"{fit.data.name(rows[0])} lies {size[rows[0]]:.2f} {unit} from the fitted model, more than noise explains"
         )
@@ -57,7 +57,7 @@ def data_findings(fit: Fit) -> list[Diagnostic]:
     return findings
 
 
-def some_of_many(data: Measurements) -> list[Diagnostic]:
+def subsample_findings(data: Measurements) -> list[Diagnostic]:
     """Return DAT037 where only some rows of a large table are used for the fit; an empty list otherwise."""
     if not data.whole:
         return []
@@ -65,7 +65,7 @@ def some_of_many(data: Measurements) -> list[Diagnostic]:
     return [Diagnostic("DAT037", "info", message, data.source, help="so many leave nothing uncertain")]
 
 
-def too_loud(fit: Fit) -> list[Diagnostic]:
+def impossible_noise(fit: Fit) -> list[Diagnostic]:
     """Return DAT027 where the stated noise is over five times the residual rms, thus impossible; else an empty list."""
     stated, unit = (fit.noise.sigma if fit.noise.origin == "user" else fit.noise.instrument) or 0.0, fit.observed.unit
     if not stated or fit.freedom < FEW or stated < TOO_LOUD * fit.rms:
@@ -113,7 +113,7 @@ def _ratio(noise: Noise, stated: Noise) -> float:
     return ((noise.sigma or 0.0) / max(stated.sigma or 0.0, 1e-300)) ** 2
 
 
-def standing_out(fit: Fit) -> NDArray[np.int_]:
+def outlying_rows(fit: Fit) -> NDArray[np.int_]:
     """Return the indices of used rows that lie farther off than noise explains.
 
     This is a chi-square test of each row, corrected for their number.
@@ -128,7 +128,14 @@ def standing_out(fit: Fit) -> NDArray[np.int_]:
 
 def cautions(fit: Fit) -> list[Diagnostic]:
     """Return what a user should know before relying on a fit: DAT016, DAT021, DAT026, DAT027, DAT032 and DAT037."""
-    return [*some_of_many(fit.data), *_unread(fit), *_scarce(fit), *_unphysical(fit), *too_loud(fit), *one_path(fit)]
+    return [
+        *subsample_findings(fit.data),
+        *_unread(fit),
+        *_scarce(fit),
+        *_unphysical(fit),
+        *impossible_noise(fit),
+        *one_path(fit),
+    ]
 
 
 def _unread(fit: Fit) -> list[Diagnostic]:

@@ -21,7 +21,7 @@ from postproc.estimation.solving.rounding import blurred, rounded
 from postproc.estimation.solving.session_laws import session_laws
 from postproc.estimation.solving.smooth import choose_smoothness, enough_for_smoothness
 from postproc.estimation.solving.solve import ROUGHLY, Terms, solve
-from postproc.estimation.solving.start import elsewhere, seen_from, start_frames, turned_tool
+from postproc.estimation.solving.start import moved_instrument, seen_from, start_frames, turned_tool
 from postproc.estimation.solving.step import Masks
 from postproc.measure.checks.repeats import Noise, estimate_noise, significantly_below
 from postproc.measure.measurements import Measurements
@@ -210,7 +210,7 @@ def _evaluated(model: Model, data: Measurements, noise: float | None) -> Fit:
     if session is not None and session is not model.in_role(Role.SESSION_FRAMES):
         lacking.append(session)
     frame = model.in_role(Role.INSTRUMENT_FRAME)
-    place = None if frame is None else elsewhere(problem, np.asarray(np.isfinite(data.position).all(axis=1)))
+    place = None if frame is None else moved_instrument(problem, np.asarray(np.isfinite(data.position).all(axis=1)))
     if frame is not None and place is not None:
         problem = seen_from(problem, place)
         lacking.append(frame)

@@ -11,7 +11,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic
-from postproc.estimation.findings import larger_noise, standing_out
+from postproc.estimation.findings import larger_noise, outlying_rows
 from postproc.estimation.fitted import Fit
 from postproc.estimation.held_out import contiguous_blocks, hold_out
 from postproc.estimation.problem import weighed_by
@@ -67,7 +67,7 @@ def _exceeds(fit: Fit, sigma: float, dof: float, chance: float) -> bool:
         sigma: of the noise [m], [rad]; dof: degrees of freedom from which it is known.
         chance: probability of a false alarm.
     """
-    single = standing_out(fit)
+    single = outlying_rows(fit)
     alone = np.isin(fit.linear.row, single if len(single) <= max(1, len(fit.data) // 20) else [])
     freedom = max(fit.freedom - int(alone.sum()), 1.0)
     square = fit.variance * fit.freedom - float(np.sum(fit.linear.projected_residual[alone] ** 2))

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from postproc.channels.units import unit_of
-from postproc.estimation.findings import some_of_many
+from postproc.estimation.findings import subsample_findings
 from postproc.identification.compare import Comparison, Trend, sizes, worst_rows
 from postproc.measure.errors import rms
 from postproc.numbers import mm, mm_or_none
@@ -60,7 +60,7 @@ def comparison_document(name: str, comparison: Comparison) -> Document:
     bars = Bars([Bar("this model", error), Bar(ANY_FUNCTION, bound)], noise, ANY_FUNCTION, kind.unit)
     distances = Chart(lambda: [distance_chart(fit, noise, held_out=False)])
     laws = Chart(lambda: law_charts(laws_of(fit, [e.key for e in fit.model.effects])), 320)
-    many = [f"{d.message[0].upper()}{d.message[1:]}." for d in some_of_many(fit.data)]
+    many = [f"{d.message[0].upper()}{d.message[1:]}." for d in subsample_findings(fit.data)]
     known = [_without_physics(error, bound, noise, each), *many, *excluded_rows(fit)]
     return Document(
         title=f"postproc compare {name}",
@@ -131,7 +131,7 @@ def comparison_values(comparison: Comparison) -> Values:
             for i in worst_rows(far)
         ],
         "channels": [_trend_values(t) for t in comparison.trends],
-        "diagnostics": [d.as_json() for d in (*data.diagnostics, *some_of_many(data), *comparison.moved)],
+        "diagnostics": [d.as_json() for d in (*data.diagnostics, *subsample_findings(data), *comparison.moved)],
     }
 
 

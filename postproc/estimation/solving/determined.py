@@ -49,9 +49,9 @@ def slope(
             good = np.zeros(len(index), dtype=bool)
             far = np.maximum(10 * sizes(problem, effect), np.abs(effect.vector()))[index]
             first = np.array([(effect.key, int(i)) in before for i in index])
-            for some in (first, ~first):
-                if some.any():
-                    good[some], basis = _determined(columns[:, some], far[some], basis)
+            for group in (first, ~first):
+                if group.any():
+                    good[group], basis = _determined(columns[:, group], far[group], basis)
         kept.append(columns if good.all() else columns[:, good])
         parameters += [(effect.key, int(i)) for i in index[good]]
         unidentifiable += [(effect.key, int(i)) for i in index[~good]]

@@ -54,17 +54,17 @@ def start_frames(problem: Problem) -> Problem:
 
 
 def _moved_sessions(begun: Problem, session: NDArray[np.str_], rows: NDArray[np.bool_]) -> dict[str, Alignment]:
-    """Return where the instrument stood in each session in which it stood elsewhere (`elsewhere`), by session name.
+    """Return where the instrument stood in each session in which it had moved (`moved_instrument`), by session name.
 
     Args:
         begun: the problem with the instrument placed by the first session.
         session: (n,) session name of each row; rows: (n,) mask of those with a measured position.
     """
-    places = {name: elsewhere(begun, rows & (session == name)) for name in dict.fromkeys(session.tolist())}
+    places = {name: moved_instrument(begun, rows & (session == name)) for name in dict.fromkeys(session.tolist())}
     return {name: place for name, place in places.items() if place is not None}
 
 
-def elsewhere(begun: Problem, rows: NDArray[np.bool_]) -> Alignment | None:
+def moved_instrument(begun: Problem, rows: NDArray[np.bool_]) -> Alignment | None:
     """Return where the instrument stood for some rows; None unless that fits far better than where the model has it.
 
     The rows must lie over `SUSPICIOUS_M` off in the median, and `CLEARER` times nearer from the new place.
