@@ -96,7 +96,7 @@ FLOORS = {
         "registry",
     ),
     "measure": ("observations", "measurements", "alignment", "trajectory", "read"),
-    "estimation": ("errors", "problem", "linear", "solution", "leftover", "fitted", "recorded", "findings"),
+    "estimation": ("problem", "linear", "solution", "residual_split", "fitted", "recorded", "findings"),
     "identification": ("curves", "screen", "acceptance", "state", "search", "diagnosis"),
     "channels": ("state", "memory", "tool", "sight", "expression", "units"),
     "report": ("blocks", "document", "drawing", "page"),

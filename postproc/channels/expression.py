@@ -166,9 +166,16 @@ def in_order(channels: Iterable[Channel], state: State, site: Site = Site()) -> 
     return state.with_(channels={**state.channels, **ordered}) if ordered else state
 
 
+def follows_order(name: str) -> bool:
+    """Return whether a name is that of a channel derived from the rows' order, and not of a column."""
+    return name.partition("(")[0] in ORDERED and name.endswith(")")
+
+
 def with_sources(reads: Iterable[str]) -> tuple[str, ...]:
     """Return the channels that an effect declares, and those from which the derived ones among them are computed."""
-    return tuple(dict.fromkeys(x for name in reads for x in (name, *(channel(name).reads if "(" in name else ()))))
+    return tuple(
+        dict.fromkeys(x for name in reads for x in (name, *(channel(name).reads if follows_order(name) else ())))
+    )
 
 
 def at_rest(channels: Iterable[Channel], state: State) -> State:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.channels.expression import ORDERED, PLAIN, channel
+from postproc.channels.expression import PLAIN, channel, follows_order
 from postproc.channels.sight import Site
 from postproc.channels.state import State
 
@@ -43,15 +43,10 @@ def recorded(state: State, site: Site) -> dict[str, Array]:
         state: with poses and joint loads filled in, if they are to be channels; site: of the measured point.
     """
     names = [f"{name}{joint}" for name in ("q", "v", "a", "dir", "load") for joint in range(1, 7)]
-    names += [*PLAIN, "fx", "fy", "fz", "x", "y", "z", *filter(_is_column, state.channels)]
+    names += [*PLAIN, "fx", "fy", "fz", "x", "y", "z", *(name for name in state.channels if not follows_order(name))]
     values = {name: channel(name).values(state, site) for name in names if name not in state.channels}
     values |= {name: np.asarray(state.channels[name], dtype=float) for name in names if name in state.channels}
     return {name: x for name, x in values.items() if x is not None and varies(x)}
-
-
-def _is_column(name: str) -> bool:
-    """Return whether a name is that of a column, and not of a channel that was derived from the rows' order."""
-    return name.partition("(")[0] not in ORDERED
 
 
 def varies(values: Array) -> bool:

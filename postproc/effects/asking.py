@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.channels.expression import at_rest
+from postproc.channels.expression import at_rest, follows_order
 from postproc.channels.state import State
 from postproc.effects.base import Effect
 from postproc.effects.contract import Displacement, Load
@@ -16,7 +16,7 @@ from postproc.effects.contract import Displacement, Load
 
 def displacement_of(effect: Effect, state: State) -> Displacement:
     """Evaluate the displacement of an effect; empty where a channel that it reads was not recorded."""
-    if any(state.channel(name) is None for name in effect.reads if "(" not in name):
+    if any(state.channel(name) is None for name in effect.reads if not follows_order(name)):
         return Displacement()
     result = effect.displacement(at_rest(effect.ordered_channels, state))
     if result is None:
@@ -30,7 +30,7 @@ def displacement_of(effect: Effect, state: State) -> Displacement:
 
 def load_of(effect: Effect, state: State) -> Load:
     """Evaluate the load of an effect; empty where a channel that it reads, other than ``load``, was not recorded."""
-    if any(state.channel(name) is None for name in effect.reads if name != "load" and "(" not in name):
+    if any(state.channel(name) is None for name in effect.reads if name != "load" and not follows_order(name)):
         return Load()
     result = effect.load(at_rest(effect.ordered_channels, state))
     if isinstance(result, Load):
@@ -41,7 +41,7 @@ def load_of(effect: Effect, state: State) -> Load:
 def loads_of(effects: Sequence[Effect], state: State) -> Load:
     """Evaluate the loads of m effects of one class and structure, (n, 6, m) for each part; empty as in `load_of`."""
     cls = type(effects[0])
-    if any(state.channel(name) is None for name in effects[0].reads if name != "load" and "(" not in name):
+    if any(state.channel(name) is None for name in effects[0].reads if name != "load" and not follows_order(name)):
         return Load()
     at_once = cls.loads(effects, state)
     if at_once is not None:

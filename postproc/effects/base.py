@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.channels.expression import Channel, channel, with_sources
+from postproc.channels.expression import Channel, channel, follows_order, with_sources
 from postproc.channels.state import State
 from postproc.diagnostics import PostprocError
 from postproc.effects.contract import Displacement, Load
@@ -316,12 +316,14 @@ class Effect:
 
     def missing(self, state: State) -> tuple[str, ...]:
         """Return the channels that the effect reads and nobody recorded; those the model fills in do not count."""
-        return tuple(n for n in self.reads if n not in FILLED_BY_MODEL and "(" not in n and state.channel(n) is None)
+        return tuple(
+            n for n in self.reads if n not in FILLED_BY_MODEL and not follows_order(n) and state.channel(n) is None
+        )
 
     @property
     def ordered_channels(self) -> tuple[Channel, ...]:
         """The channels it reads that follow the rows in their order, such as ``lag(temperature, 2640 s)``."""
-        return tuple(channel(name) for name in self.reads if "(" in name)
+        return tuple(channel(name) for name in self.reads if follows_order(name))
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:

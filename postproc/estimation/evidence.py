@@ -7,11 +7,11 @@ import numpy as np
 from postproc.arrays import Array
 
 CLOSE_EVIDENCE = 2 * float(np.log(50))
-"""Log evidence by which one explanation must lead to be told from another: odds of 50 to 1."""
+"""Log evidence by which one explanation must lead to be distinguished from another: odds of 50 to 1."""
 DECADES = (0.1, 1.0, 10.0, 100.0)
 """A size that is not known beforehand is taken at each of these times what is ordinary: its prior is flat over them."""
 ROUNDING_SHARE = 1e-12
-"""Share of the sum of squares below which none is left, whatever rounding says."""
+"""Share of the sum of squares below which it counts as null: the rest is rounding."""
 
 
 def log_evidence(before: float, after: Array | float, freedom: float, information: Array) -> Array:
@@ -19,7 +19,7 @@ def log_evidence(before: float, after: Array | float, freedom: float, informatio
 
     This is Laplace's approximation of the marginal likelihood; it is -inf where there are as many parameters as
     measured numbers. F is the information of the data on the parameters relative to their prior, W C^T M C W / s^2, for
-    columns C, M the projection on what other parameters leave, and W the prior standard deviations. Sources: MacKay
+    columns C, M the projection that removes other parameters, and W the prior standard deviations. Sources: MacKay
     (2003), Ch. 27; O'Hagan and Forster (2004), Ch. 11.
 
     Args:
@@ -56,7 +56,7 @@ def f_test(before: float, after: float, added: int, freedom: float, price: float
 
     Args:
         before, after: the sums of squares without and with the parameters.
-        freedom: degrees of freedom that are left with them.
+        freedom: remaining degrees of freedom with them.
         price: 2 log of the prior odds against these parameters among all that were tried; the p value is multiplied by
             exp(price / 2).
     """

@@ -20,7 +20,7 @@ from postproc.numbers import mm
 SCARCE = 3.0
 """So many times the error where it was measured that elsewhere may be before poses are too few."""
 TOO_LOUD, FEW = 5.0, 20
-"""No noise is so many times what a fit with so many numbers to spare leaves."""
+"""No noise is so many times the residual of a fit with so many degrees of freedom."""
 
 MOST_ROWS_NAMED = 9
 """Rows that are named after the one that stands out most."""

@@ -20,7 +20,7 @@ from postproc.measure.checks.repeats import Noise
 ODDS = 2.0
 """Odds before any data that a fitted model lacks something of the arm, to none."""
 NODES = 64
-"""Values of the noise's variance that stand for its own uncertainty."""
+"""Values of the noise's variance that stand for its uncertainty."""
 
 
 @dataclass(frozen=True)

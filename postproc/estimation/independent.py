@@ -1,4 +1,4 @@
-"""How many numbers of a residual tell something of their own."""
+"""How many numbers of a residual are independent information."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from postproc.measure.trajectory import is_record
 def record_share(problem: Problem, plain: Linear, stopped: Sequence[Array]) -> float:
     """Return the share in (0, 1] of a problem's rows that count as independent; 1 unless they record a moving arm.
 
-    Neighbouring rows of a record have similar errors. What a missing delay or lost motion leaves is not noise, however
-    smooth it is: where both together earn their parameters (Schwarz 1978), the autocorrelation is computed without
-    them.
+    Neighbouring rows of a record have similar errors. The residual of a missing delay or lost motion is not noise,
+    however smooth it is: where both together earn their parameters (Schwarz 1978), the autocorrelation is computed
+    without them.
 
     Args:
         plain: the fit as a linear problem in which all rows are independent.
@@ -73,7 +73,7 @@ def serial_share(errors: Array) -> float:
 def independent_share(residual: Array, turns: Array, row: NDArray[np.int_]) -> float:
     """Return the share in (0, 1] of a residual's entries that count as independent, given that joint errors are shared.
 
-    Where one joint's angle is off by a number of its own in every pose, the r measured numbers of a pose are one
+    Where one joint's angle is off by another number in every pose, the r measured numbers of a pose are one
     number. Let f be the largest share of the sum of squares that a free turn of one joint in every pose explains, and
     let the rest be spread evenly over the r - 1 other directions. Then a pose counts as 1 / (f^2 + (1 - f)^2 / (r - 1))
     numbers: r for noise, 1 for f = 1 (the participation ratio of a spectrum).

@@ -31,12 +31,12 @@ from postproc.watch import Watch, unwatched
 
 FIRST = ("instrument_frame", "session", "tool_frame", "joint_offset", "joint_compliance")
 LAST = ("link_geometry",)
-"""Where two parameters do the same, the effect that stands later is held: frames before offsets before geometry."""
+"""Where two parameters do the same, the later effect is not fitted: frames before offsets before geometry."""
 PLAIN_TERMS = Terms()
 MOST_ROWS_FITTED = 20_000
-"""Rows that are fitted at most. Each costs 25 kB while a fit lasts, and so many leave nothing uncertain."""
+"""Rows that are fitted at most. Each costs 25 kB while a fit lasts, and so many determine everything."""
 THINNED_POSES = 100
-"""Poses that are left where repeats stay together; where fewer would, some of the repeats of all are taken."""
+"""Poses that remain where repeats stay together; where fewer would, some of the repeats of all are taken."""
 
 
 def fit_model(
@@ -74,7 +74,7 @@ def fit_model(
 def _thinned(data: Measurements) -> Measurements:
     """Return the data, thinned evenly to about `MOST_ROWS_FITTED` rows where it has more.
 
-    Whole poses with all their repeats are left out where enough poses remain, single rows otherwise.
+    Poses with all their repeats are omitted where enough poses remain, single rows otherwise.
     """
     if len(data) <= MOST_ROWS_FITTED:
         return data
@@ -107,7 +107,7 @@ def _fitted(model: Model, data: Measurements, effects: Sequence[Effect], noise: 
 
 
 def _noise_within_repeats(fit: Fit) -> Noise | None:
-    """Return the noise by what the model leaves within repeats; None unless that is clearly below their raw scatter.
+    """Return the noise by the residual within repeats; None unless that is clearly below their raw scatter.
 
     Repeats at another time, temperature or force differ by what the model explains.
     """
@@ -157,7 +157,7 @@ def _sorting_key(effect: Effect) -> int:
 
 
 def evaluate(model: Model, data: Measurements, *, noise: float | None = None) -> Fit:
-    """Return a model beside measurements, with nothing fitted but frames that the model lacks.
+    """Return a model with measurements, with nothing fitted but frames that the model lacks.
 
     An instrument frame or tool frame of the model stays as it is, except where the instrument was clearly set up
     elsewhere: then its frame is fitted.
@@ -174,7 +174,7 @@ def evaluate(model: Model, data: Measurements, *, noise: float | None = None) ->
 
 
 def _with_wrong_rows(fit: Fit, data: Measurements) -> Fit:
-    """Return an evaluation with the rows of the data that cannot be right added and set aside, to report their errors.
+    """Return an evaluation with the rows of the data that cannot be right added and excluded, to report their errors.
 
     Args:
         fit: the evaluation on the usable rows; data: usable and wrong rows.
@@ -192,10 +192,10 @@ def _with_wrong_rows(fit: Fit, data: Measurements) -> Fit:
 
 
 def _evaluated(model: Model, data: Measurements, noise: float | None) -> Fit:
-    """Return the model beside usable rows with nothing fitted but frames.
+    """Return the model with usable rows and nothing fitted but frames.
 
-    These are the frames that the model lacks, and the instrument's where it was set up elsewhere. Rows far off are set
-    aside.
+    These are the frames that the model lacks, and the instrument's where it was set up elsewhere. Rows far off are
+    excluded.
 
     Args:
         noise: standard deviation per axis [m] stated by the user; None for that of the data.

@@ -1,4 +1,4 @@
-"""Linear least squares on whitened rows: ranks, projections, what is left."""
+"""Linear least squares on whitened rows: ranks, projections, the remaining sum of squares."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class Linear:
         residual: (N,) residual in units of the noise.
         nuisance: (N, k) basis U of the columns of the fitted parameters, orthonormal where no penalty holds them.
         row: (N,) measured row that each entry belongs to.
-        independent: share of the entries that count as numbers of their own (`independent_share`).
-        serial: share that is left of them where neighbours in a record resemble each other (`serial_share`).
+        independent: share of the entries that count as independent (`independent_share`).
+        serial: remaining share of them where neighbours in a record are correlated (`serial_share`).
     """
 
     residual: Array
@@ -68,13 +68,13 @@ class Linear:
 
     @cached_property
     def square(self) -> float:
-        """Sum of squares left after the fit, y^T (I - U U^T) y, including the penalty's share."""
+        """Sum of squares after the fit, y^T (I - U U^T) y, including the penalty's share."""
         return float(self.residual @ self.projected_residual)
 
     def extended(self, columns: Array, rank: float = 1e-5) -> Linear:
-        """Return the fit with more columns C (N, m), beside those of the fitted parameters.
+        """Return the fit with more columns C (N, m) than those of the fitted parameters.
 
-        Directions of the columns are left out that keep less than ``rank`` of their length beside the fitted ones. With
+        Directions of the columns are omitted that keep less than ``rank`` of their length in the projection. With
         M = I - U U^T of the fit so far, the new part of the basis is M C (C^T M C)^(-1/2), which is exact also where a
         penalty makes M no projection.
         """

@@ -18,7 +18,7 @@ from postproc.model.uncertainty import derivatives
 POSES_IN_RANGE = 100
 """Poses anywhere between joint limits at which a model is asked for what measured rows do not show."""
 NOTHING, SAME = 1e-7, 0.01
-"""Move [m] by a standard deviation that is none, and the share of a parameter's own moves below which the others make
+"""Move [m] by a standard deviation that is none, and the share of a parameter's moves below which the others make
 up for it everywhere: such a parameter only says the same in other axes (joint 1 and the base)."""
 FORCE = 0.5
 """Share of the weight of the rated payload that pulls in any direction where a model is asked for what rows lack."""
@@ -73,9 +73,9 @@ def posterior_of(fit: Solution, scatter: float) -> Posterior:
     With r the whitened residual at x_0, A its columns, s^2 the scatter, x the parameters, m their priors' medians and S
     their deviations, the sum |r - A (x - x_0)|^2 / s^2 + |(x - m) / S|^2 is least; positive parameters count with
     their logarithms. The covariance is the inverse of half the second derivative there (Laplace). Parameters that the
-    rows do not determine beside the others (`Solution.unknown`) come last: if these are off by x_h, the determined ones
-    are off by -(A^T A / s^2 + S^-2)^-1 A^T A_h x_h / s^2. Those that no pose under any load shows are omitted: they
-    describe the motion of others in other axes.
+    rows do not determine together with the others (`Solution.unknown`) come last: if these are off by x_h, the
+    determined ones are off by -(A^T A / s^2 + S^-2)^-1 A^T A_h x_h / s^2. Those that no pose under any load shows are
+    omitted: they describe the motion of others in other axes.
 
     Args:
         scatter: s^2, the factor between (A^T A + penalty^2)^-1 and the covariance of the fitted parameters.

@@ -1,4 +1,4 @@
-"""Measurements beside a model: whitened residuals, and what each parameter of an effect would do to them."""
+"""Measurements and a model: whitened residuals, and what each parameter of an effect would do to them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from postproc.robot.pose import rotation_vectors
 
 @dataclass(frozen=True)
 class Weights:
-    """One over the standard deviation of every measured number, 0 where it was not measured or is set aside.
+    """One over the standard deviation of every measured number, 0 where it was not measured or is excluded.
 
     The r numbers of a row are the position (3), then the rotation vector (3) where orientations were measured, then the
     joint angles (6) where they were measured on the output side.
@@ -42,7 +42,7 @@ class Weights:
 
     @property
     def used(self) -> NDArray[np.bool_]:
-        """(n, r) mask of the numbers that were measured and are not set aside."""
+        """(n, r) mask of the numbers that were measured and are not excluded."""
         return self.values > 0
 
     def whiten(self, numbers: Array) -> Array:
@@ -103,7 +103,7 @@ def weighed_by(noise: Noise) -> float:
 
 @dataclass(frozen=True)
 class Problem:
-    """A model beside measurements, at the model's present parameters."""
+    """A model with measurements, at the model's present parameters."""
 
     model: Model
     data: Measurements
@@ -248,7 +248,7 @@ class Problem:
         return self.data.one_in(max(1, -(-len(self.row) // most)))
 
     def squares(self) -> Array:
-        """Return (n, r) squared whitened errors, also of numbers that are set aside.
+        """Return (n, r) squared whitened errors, also of numbers that are excluded.
 
         Those get the largest weight of their column.
         """

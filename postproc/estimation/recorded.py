@@ -75,7 +75,7 @@ def undetermined(fit: Fit) -> list[tuple[str, int]]:
 
 
 def no_farther_than_nominal(fit: Fit) -> None:
-    """Raise DAT039 where a fit leaves most rows clearly farther off than the nominal arm does, DAT009 over 50 mm.
+    """Raise DAT039 where most rows are clearly farther from a fit than from the nominal arm, DAT009 over 50 mm.
 
     The medians of the position errors over the rows that agree on where the arm stands are compared: a fit led astray
     by wrong rows is far from most of the others. Nothing is compared for fits without positions, or for a model without

@@ -42,7 +42,7 @@ def split_residual(fit: Solution) -> ResidualSplit:
     """Split the variance of a fit's residual into what follows the channels and noise, without naming any physics.
 
     The residual is noise plus a Gaussian process: joints and the instrument move by free functions of channels, with
-    covariance J(x) k(x, x') J(x')^T. The process is one of several (each joint by a channel of its own, every joint by
+    covariance J(x) k(x, x') J(x')^T. The process is one of several (each joint by its channel, every joint by
     all channels, by all angles at once, by the slow channels), or none at even odds. Every process and every ratio of
     variances is weighted by its restricted likelihood, which allows for what the fitted parameters took up. Held-out
     errors of a block B follow in closed form, e_B = (P_BB)^-1 (P y)_B, the parameters being fitted without the block,
@@ -151,7 +151,7 @@ class _Field:
 def _processes(fit: Solution, rows: NDArray[np.int_], used: NDArray[np.bool_]) -> Iterator[Array]:
     """Yield (N, N) covariances of free functions of the channels, each scaled to a mean variance of 1.
 
-    In these, each joint follows a channel of its own, or joints and instrument follow all channels, all angles, or the
+    In these, each joint follows its channel, or joints and instrument follow all channels, all angles, or the
     slow channels.
 
     Args:

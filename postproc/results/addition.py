@@ -39,7 +39,7 @@ def addition_document(name: str, addition: Addition) -> Document:
     before, after = (f.rms if fit.unnamed else f.held_out_rms for f in (addition.before, fit))
 
     def bar(label: str, error: Fit | FitFigures, share: float | None = None) -> Bar:
-        """Return the bar of a fit: on held-out rows with the fitted ones beside it, of drafts on fitted rows alone."""
+        """Return the bar of a fit: on held-out rows, of a law without a name on fitted rows alone."""
         if fit.unnamed:
             return Bar(label, 1e3 * error.rms)
         note = f"{1e3 * error.rms:.3f} {kind.unit} in the fit"
@@ -93,7 +93,7 @@ def addition_sentence(addition: Addition) -> str:
     if addition.fit.unnamed:
         first, last = 1e3 * addition.before.rms, 1e3 * addition.fit.rms
         return (
-            f"In the fit the error falls from {first:.3f} to {last:.3f} {each}; {floor}. The formula of a draft is "
+            f"In the fit the error falls from {first:.3f} to {last:.3f} {each}; {floor}. The form of a curve is "
             "chosen on all rows: what it is worth elsewhere, another table tells (`compare`)."
         )
     names = " and ".join(f"`{s.name.removeprefix('+ ')}`" for s in addition.ladder[1:])

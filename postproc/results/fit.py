@@ -31,7 +31,7 @@ def fit_document(name: str, fit: Fit) -> Document:
     unseen = f"{1e3 * fit.held_out_rms:.3f} {unit} on rows that the fit has not seen"
     if fit.unnamed:
         unseen = (
-            "all of which its drafted effect may have seen: what it is worth, rows of another table tell (`compare`)"
+            "all of which the form of its curve was chosen on: what it is worth, rows of another table tell (`compare`)"
         )
     return Document(
         title=f"postproc fit {name}",
@@ -132,7 +132,7 @@ def fit_values(fit: Fit, before: Values | None = None) -> Values:
 def error_values(fit: Fit | FitFigures) -> dict[str, float | None]:
     """Return the rms of a fit on its rows and on held-out rows, with keys that end in the unit.
 
-    The latter is None for a model with a drafted effect, whose formula was chosen on all rows.
+    The latter is None for a model with a law without a name, whose form was chosen on all rows.
     """
     key = fit.observed.key
     return {key("rms"): mm(fit.rms), key("held_out_rms"): None if fit.unnamed else mm(fit.held_out_rms)}

@@ -19,7 +19,6 @@ from tests.independent import arm as A
 
 from .test_paths import ARM, DOWN, FORCE, LIMIT, model, placed, turned
 
-MOC, SYS = ((Path(__file__).parent / "other_task" / f"{name}.cfg").read_text("utf-8") for name in ("MOC", "SYS"))
 TURN = """MODULE Turn
   CONST jointtarget jAt:=[[0,0,0,0,0,0],[30,9E9,9E9,9E9,9E9,9E9]];
   PROC main()
@@ -49,25 +48,18 @@ def text() -> str:
     return W.program(ARM, WORLD, goals, "STN1")
 
 
-def backup(root: Path, text: str, more: str) -> Path:
-    u = np.cos(np.radians(10.0)), np.sin(np.radians(10.0))
-    moc = (
-        MOC.replace("U0", f"{u[0]:.9f}").replace("U1", f"{u[1]:.9f}").replace("pos_x 1.15", f"pos_x {1.15 + AT / 1000}")
-    )
+def converted(root: Path, text: str, more: str) -> Conversion:
+    """The program in a backup whose other task goes on with these statements."""
     files = {
-        "SYSPAR/MOC.cfg": moc,
-        "SYSPAR/SYS.cfg": SYS,
-        "BACKINFO/backinfo.txt": ">>TASK1: (T_ROB1,,)\n\n>>TASK2: (T_POS1,,)\n",
-        "RAPID/TASK1/PROGMOD/Weld.mod": text,
-        "RAPID/TASK2/PROGMOD/Turn.mod": TURN.replace("MORE", more),
+        f"SYSPAR/{name}.cfg": (Path(__file__).parent / f"other_task/{name}.cfg").read_text("utf-8")
+        for name in ("MOC", "SYS")
     }
+    files["BACKINFO/backinfo.txt"] = ">>TASK1: (T_ROB1,,)\n\n>>TASK2: (T_POS1,,)\n"
+    files["RAPID/TASK1/PROGMOD/Weld.mod"] = text
+    files["RAPID/TASK2/PROGMOD/Turn.mod"] = TURN.replace("MORE", more)
     for name, content in files.items():
         (root / name).parent.mkdir(parents=True, exist_ok=True)
         (root / name).write_text(content)
-    return root
-
-
-def converted(root: Path, text: str) -> Conversion:
     (task,) = [task for task in discover(root)[0] if task.name.endswith("TASK1")]
     together = with_arm(Settings(), task).station
     alone = with_arm(Settings(), task_around(root / "RAPID/TASK1/PROGMOD/Weld.mod")).station
@@ -77,7 +69,7 @@ def converted(root: Path, text: str) -> Conversion:
 
 
 def test_where_it_stands_all_the_time_the_work_is_known(tmp_path: Path, text: str) -> None:
-    found = converted(backup(tmp_path, text, ""), text)
+    found = converted(tmp_path, text, "")
     assert found.output is not None, [d.message for d in found.diagnostics]
     (said,) = [d for d in found.diagnostics if d.code == "MOT013"]
     assert said.message == "`STN1`, which another task moves, is taken to stand at eax_a = 30"
@@ -90,7 +82,7 @@ def test_where_it_stands_all_the_time_the_work_is_known(tmp_path: Path, text: st
 )
 def test_where_it_moves_or_nobody_knows_the_work_is_left_with_that_reason(tmp_path: Path, text: str, more: str) -> None:
     """Its eax_a is degrees of the plate; the 1500 mm of the track, that task's own eax_a, are not taken for it."""
-    found = converted(backup(tmp_path, text, more), text)
+    found = converted(tmp_path, text, more)
     assert not found.outputs
     (stop,) = [d for d in found.diagnostics if d.code == "CMP003"]
     assert "another task moves `STN1`, and its program does not say that it stands at one position" in (stop.help or "")

@@ -107,7 +107,7 @@ def test_an_axis_moves_the_pedestal_as_its_formula_says(effect, state, expected)
 
 @pytest.mark.parametrize("e", [0.0, 0.4, -2.0])
 def test_a_table_on_its_side_sags_by_the_weight_on_its_lever(e: float) -> None:
-    """Work that is heavy along its own x, on an axis along the base's y: the table turns by s cos(e) about that axis."""
+    """Work that is heavy along its x, on an axis along the base's y: the table turns by s cos(e) about that axis."""
     lying = np.eye(4)
     lying[:3, :3] = [[1, 0, 0], [0, 0, 1], [0, -1, 0]]
     state = at(0.0, e, "table", Unit("table", TABLE.joints, None, placed(1.0, 0, 0.5) @ lying))

@@ -89,6 +89,7 @@ def waves(angle):
 
 EI, GJ, EA, L = 1.3e6, 0.6e6, 2e8, 0.7
 BEAM = effect("link_compliance", body=(4,), bending_per_Nm2=[1 / EI], torsion_per_Nm2=[1 / GJ], stretch_per_N=[1 / EA])
+TERMS = {"joint": (3, 3, 6), "order": (3, 120.5, 1)}
 PART = {"mass_kg": [20], "moment_kgm": [[20 * 0.5, 0, 0]]}
 CASTINGS = {"body": (2, 4), "growth_per_K": 1e-5, "extra_per_K": [0, 3e-6]}
 # The strains stand for growth that begins at 22.5 deg C.
@@ -117,111 +118,69 @@ TURNED = replace(
         (effect("instrument_frame", shift_m=[1, 2, 3], turn_rad=[4, 5, 6]), State(Q), "instrument", [1, 2, 3, 4, 5, 6]),
         (effect("tool_frame", shift_m=[1, 2, 3], turn_rad=[4, 5, 6]), State(Q), "tool", [1, 2, 3, 4, 5, 6]),
         (effect("joint_offset", offset_rad=SIX), State(Q), "joint", [SIX, SIX]),
-        (
-            effect("link_geometry", shift_m=row((7, 3), i2_1=1e-3), turn_rad=row((7, 3), i2_0=2e-3)),
-            *(State(Q), "body 2", [[0, 1e-3, 0, 2e-3, 0, 0]] * 2),
-        ),
-        (
-            effect("joint_compliance", compliance_rad_per_Nm=np.full(6, 2e-6)),
-            *(State(Q, joint_load=np.array([SIX * 100, -SIX])), "joint", [SIX * 2e-4, -SIX * 2e-6]),
-        ),
+        (effect("link_geometry", shift_m=row((7, 3), i2_1=1e-3), turn_rad=row((7, 3), i2_0=2e-3)),
+         State(Q), "body 2", [[0, 1e-3, 0, 2e-3, 0, 0]] * 2),
+        (effect("joint_compliance", compliance_rad_per_Nm=np.full(6, 2e-6)),
+         State(Q, joint_load=np.array([SIX * 100, -SIX])), "joint", [SIX * 2e-4, -SIX * 2e-6]),
         # A joint stops short on the side from which it came, and trails its speed.
         (effect("backlash", half_gap_rad=np.full(6, 1e-4)), State(Q, approach=SIDE), "joint", -1e-4 * SIDE),
         (effect("servo_lag", lag_s=np.full(6, 1e-3)), State(Q, v=SIDE), "joint", -1e-3 * SIDE),
-        (
-            effect("wrist_coupling", k54=1e-3, k64=2e-3, k65=-3e-3),
-            *(State(Q), "joint", [[0, 0, 0, 0, 1e-3 * q[3], 2e-3 * q[3] - 3e-3 * q[4]] for q in Q]),
-        ),
-        (
-            effect("transmission_error", joint=(3, 3, 6), order=(3, 120.5, 1), sine_rad=[1e-4, 2e-5, 0], cosine_rad=[0, 3e-5, 1e-6]),
-            *(State(Q), "joint", [waves(q) for q in Q]),
-        ),
-        (
-            effect("thermal_joint_drift", reference_C=22.0, drift_rad_per_K=SIX * 1e-6),
-            *(State(Q, temperature=np.array([22.0, 32.0])), "joint", [np.zeros(6), SIX * 1e-5]),
-        ),
-        # A part on body 3 at (1, 0, 2), turned by 90 degrees about z, 0.2 m along its x; one on a wall; two on one body.
-        (
-            effect("arm_load", body=(3,), mass_kg=[22], moment_kgm=[[22 * 0.2, 0, 0]]),
-            *(bodies({3: placed((1, 0, 2), QUARTER)}), "wrench 3", wrench(22 * DOWN, [1, 0.2, 2])),
-        ),
-        (
-            effect("arm_load", body=(2,), mass_kg=[10], moment_kgm=[[0, 0, 0]]),
-            *(bodies({2: placed((0, 0.5, 1))}, gravity=np.array([9.81, 0, 0])), "wrench 2", wrench([98.1, 0, 0], [0, 0.5, 1])),
-        ),
-        (
-            effect("arm_load", body=(3, 3), mass_kg=[10, 12], moment_kgm=np.zeros((2, 3))),
-            *(bodies({3: placed((1, 0, 2))}), "wrench 3", wrench(22 * DOWN, [1, 0, 2])),
-        ),
+        (effect("wrist_coupling", k54=1e-3, k64=2e-3, k65=-3e-3),
+         State(Q), "joint", [[0, 0, 0, 0, 1e-3 * q[3], 2e-3 * q[3] - 3e-3 * q[4]] for q in Q]),
+        (effect("transmission_error", **TERMS, sine_rad=[1e-4, 2e-5, 0], cosine_rad=[0, 3e-5, 1e-6]),
+         State(Q), "joint", [waves(q) for q in Q]),
+        (effect("thermal_joint_drift", reference_C=22.0, drift_rad_per_K=SIX * 1e-6),
+         State(Q, temperature=np.array([22.0, 32.0])), "joint", [np.zeros(6), SIX * 1e-5]),
+        # A part on body 3 at (1, 0, 2), turned by 90 degrees about z, 0.2 m along its x; an arm on a wall; two parts.
+        (effect("arm_load", body=(3,), mass_kg=[22], moment_kgm=[[22 * 0.2, 0, 0]]),
+         bodies({3: placed((1, 0, 2), QUARTER)}), "wrench 3", wrench(22 * DOWN, [1, 0.2, 2])),
+        (effect("arm_load", body=(2,), mass_kg=[10], moment_kgm=[[0, 0, 0]]),
+         bodies({2: placed((0, 0.5, 1))}, gravity=np.array([9.81, 0, 0])),
+         "wrench 2", wrench([98.1, 0, 0], [0, 0.5, 1])),
+        (effect("arm_load", body=(3, 3), mass_kg=[10, 12], moment_kgm=np.zeros((2, 3))),
+         bodies({3: placed((1, 0, 2))}), "wrench 3", wrench(22 * DOWN, [1, 0, 2])),
         # The balancer -k sin(q2 + q0).
-        (
-            effect("gravity_compensator", sine_Nm=[-1800 * cos(0.3)], cosine_Nm=[-1800 * sin(0.3)]),
-            *(State(Q), "torque", [[0, -1800 * sin(q[1] + 0.3), 0, 0, 0, 0] for q in Q]),
-        ),
-        (effect("payload_error", mass_kg=5, moment_kgm=[0, 0, 0.5]), FLANGE, "wrench 6", wrench(5 * DOWN, [1.15, 0, 1])),
+        (effect("gravity_compensator", sine_Nm=[-1800 * cos(0.3)], cosine_Nm=[-1800 * sin(0.3)]),
+         State(Q), "torque", [[0, -1800 * sin(q[1] + 0.3), 0, 0, 0, 0] for q in Q]),
+        (effect("payload_error", mass_kg=5, moment_kgm=[0, 0, 0.5]),
+         FLANGE, "wrench 6", wrench(5 * DOWN, [1.15, 0, 1])),
         (effect("payload_error", fraction=0.1), STATED, "wrench 6", wrench(5 * DOWN, [1.15, 0, 1])),
         # 50 kg that hang 20 mm farther along tool0's z: a pure moment.
-        (
-            effect("payload_error", centre_m=[0, 0, 0.02]),
-            *(STATED, "wrench 6", [[0, 0, 0, *np.cross([0.02, 0, 0], 50 * DOWN)]]),
-        ),
+        (effect("payload_error", centre_m=[0, 0, 0.02]),
+         STATED, "wrench 6", [[0, 0, 0, *np.cross([0.02, 0, 0], 50 * DOWN)]]),
         # A hose from (0, 0, 2.3) to (1, 0, 1.1), taut and slack.
         (HOSE, HUNG, "wrench 6", pull(1, [1, 0, 1.1])),
         (HOSE, HUNG, "wrench 3", pull(-1, [0, 0, 2.3])),
         (replace(HOSE, slack_m=1.6), HUNG, "wrench 6", np.zeros((1, 6))),
-        *(
-            (
-                effect("thermal_growth", growth_per_K=1.15e-5, strain=1e-5),
-                *(WARM, f"body {b}", [[*(end * (1.15e-5 * dt + 1e-5)), 0, 0, 0] for dt in (5, -8)]),
-            )
-            for b, end in enumerate(ENDS)
-        ),
-        *(
-            (
-                effect("thermal_growth", **one),
-                *(WARM, f"body {b}", [[*(ENDS[b] * rate * dt), 0, 0, 0] for dt in (5 - start, -8 - start)]),
-            )
-            for one, start in ((CASTINGS, 0.0), (LATE, 2.5))
-            for b, rate in ((2, 1e-5), (4, 1.3e-5))
-        ),
+        *((effect("thermal_growth", growth_per_K=1.15e-5, strain=1e-5),
+           WARM, f"body {b}", [[*(end * (1.15e-5 * dt + 1e-5)), 0, 0, 0] for dt in (5, -8)])
+          for b, end in enumerate(ENDS)),
+        *((effect("thermal_growth", **one),
+           WARM, f"body {b}", [[*(ENDS[b] * rate * dt), 0, 0, 0] for dt in (5 - start, -8 - start)])
+          for one, start in ((CASTINGS, 0.0), (LATE, 2.5)) for b, rate in ((2, 1e-5), (4, 1.3e-5))),
         # The pedestal is 0.3 m high: 1000 N along x on it add 300 N m about y at the floor.
-        (
-            effect("base_compliance", **FEET),
-            *(LEVER, "body 0", [[2e-7 * 2800 * 0.3, -1e-7 * 200 * 0.3, 0, 1e-7 * 200, 2e-7 * 2800, 0]]),
-        ),
-        (
-            effect("base_compliance", pivot="joint 1", **FEET),
-            *(LEVER, "body 0", [[0, 0, 0, 1e-7 * 200, 2e-7 * 2500, 0]]),
-        ),
+        (effect("base_compliance", **FEET),
+         LEVER, "body 0", [[2e-7 * 2800 * 0.3, -1e-7 * 200 * 0.3, 0, 1e-7 * 200, 2e-7 * 2800, 0]]),
+        (effect("base_compliance", pivot="joint 1", **FEET),
+         LEVER, "body 0", [[0, 0, 0, 1e-7 * 200, 2e-7 * 2500, 0]]),
         # Joint 4 turns about x and sits at the end of body 3; a bearing tilts across its axis alone.
-        (
-            effect("bearing_tilt", tilt_rad_per_Nm=[0, 0, 0, 1e-7, 0, 0]),
-            *(loaded(3, (0, 0, 0), (50, 60, -70)), "body 3", [[0, 0, 0, 0, 6e-6, -7e-6]]),
-        ),
-        (
-            effect("bearing_tilt", tilt_rad_per_Nm=[0, 1e-6, 0, 0, 0, 0]),
-            *(loaded(1, (0, 0, 0), (10, 20, 30), TURNED), "body 1", [[0, 0, 0, 1e-5, 0, 3e-5]]),
-        ),
+        (effect("bearing_tilt", tilt_rad_per_Nm=[0, 0, 0, 1e-7, 0, 0]),
+         loaded(3, (0, 0, 0), (50, 60, -70)), "body 3", [[0, 0, 0, 0, 6e-6, -7e-6]]),
+        (effect("bearing_tilt", tilt_rad_per_Nm=[0, 1e-6, 0, 0, 0, 0]),
+         loaded(1, (0, 0, 0), (10, 20, 30), TURNED), "body 1", [[0, 0, 0, 1e-5, 0, 3e-5]]),
         # The cantilever of the textbook, along x.
         (BEAM, beam((0, 0, 100)), "body 4", [[0, 0, 100 * L**3 / (3 * EI), 0, -100 * L**2 / (2 * EI), 0]]),
         (BEAM, beam((0, 100, 0)), "body 4", [[0, 100 * L**3 / (3 * EI), 0, 0, 0, 100 * L**2 / (2 * EI)]]),
         (BEAM, beam(moment=(0, 0, 80)), "body 4", [[0, 80 * L**2 / (2 * EI), 0, 0, 0, 80 * L / EI]]),
         (BEAM, beam(moment=(0, 80, 0)), "body 4", [[0, 0, -80 * L**2 / (2 * EI), 0, 80 * L / EI, 0]]),
         (BEAM, beam((500, 0, 0), (60, 0, 0)), "body 4", [[500 * L / EA, 0, 0, 60 * L / GJ, 0, 0]]),
-        (
-            effect("frame_drift", velocity_m_per_s=[1e-8, 0, -2e-8], turn_rad_per_s=[0, 3e-9, 0]),
-            *(State(Q, time=np.array([0, 1e3])), "instrument", [np.zeros(6), [1e-5, 0, -2e-5, 0, 3e-6, 0]]),
-        ),
-        (
-            effect("session", session=("1", "2"), shift_m=[[1e-5, 0, 0], [0, 2e-5, 0]], turn_rad=row((2, 3), i1_2=1e-6)),
-            State(np.zeros((3, 6)), session=np.array([0.0, 2, 1])),
-            *("instrument", [np.zeros(6), [0, 2e-5, 0, 0, 0, 1e-6], [1e-5, 0, 0, 0, 0, 0]]),
-        ),
-        (
-            effect("outlier", row=(1,), shift_m=[[0.099, 0, 0]]),
-            State(np.zeros((3, 6)), channels={"row": np.arange(3.0)}),
-            *("instrument", row((3, 6), i1_0=0.099)),
-        ),
+        (effect("frame_drift", velocity_m_per_s=[1e-8, 0, -2e-8], turn_rad_per_s=[0, 3e-9, 0]),
+         State(Q, time=np.array([0, 1e3])), "instrument", [np.zeros(6), [1e-5, 0, -2e-5, 0, 3e-6, 0]]),
+        (effect("session", session=("1", "2"), shift_m=[[1e-5, 0, 0], [0, 2e-5, 0]], turn_rad=row((2, 3), i1_2=1e-6)),
+         State(np.zeros((3, 6)), session=np.array([0.0, 2, 1])),
+         "instrument", [np.zeros(6), [0, 2e-5, 0, 0, 0, 1e-6], [1e-5, 0, 0, 0, 0, 0]]),
+        (effect("outlier", row=(1,), shift_m=[[0.099, 0, 0]]),
+         State(np.zeros((3, 6)), channels={"row": np.arange(3.0)}), "instrument", row((3, 6), i1_0=0.099)),
     ],
 )  # fmt: skip
 def test_an_effect_gives_what_its_formula_says(kind, state, part, expected):

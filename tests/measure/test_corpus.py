@@ -88,62 +88,69 @@ def test_a_table_is_read_as_its_row_says(row: str) -> None:
     assert outcome(changes) == expected, "\n".join(changes)
 
 
-def outcome(changes: list[str]) -> list[str]:
-    """What becomes of the usual table with these changes."""
-    cells, text, options = columns(Q, SEEN), None, {}
-    written: list[str] = []
-    maps, joints, header = "", None, ",".join(cells)
+def changed(cells: dict[str, list[str]], names: str, expression: str) -> dict[str, list[str]]:
+    """The columns with some that are given by an expression."""
+    known = {name: np.array(cells[name], float) for name in (*JOINTS, *PLACES) if name in cells}
+    columns = {}
+    for k, name in enumerate(names.split(",")):
+        values = np.broadcast_to(eval(expression, {**NAMES, **known, "_": known.get(name), "k": k}), N).tolist()
+        columns[name] = [value if isinstance(value, str) else f"{value:.8g}" for value in values]
+    return cells | columns
+
+
+def files(changes: list[str]) -> tuple[bytes, Source | None, Source | None, dict[str, Any]]:
+    """The table with these changes as a file, its column map, a second file with joint angles, and options."""
+    cells, heads, maps, options = columns(Q, SEEN), [], "", {}
+    written: Any = None
+    joints: Source | None = None
     for change in changes:
         change = change.replace("q?_deg", ",".join(JOINTS)).replace("?_mm", ",".join(PLACES))
         word, _, rest = change.partition(" ")
         if word == "head":
-            old, new = rest.split(" to ")
-            assert old in header
-            header = header.replace(old, new)
+            heads.append(rest.split(" to "))
         elif word == "drop":
             cells = {name: values for name, values in cells.items() if name not in rest.split(",")}
-            header = ",".join(cells)
         elif word in ("lines", "joints", "data"):
-            written = written or [header, *lines(cells)[1:]]
-            value = eval(rest, {**NAMES, "lines": written, "text": "\n".join(written)})
-            if word == "lines":
-                written = value
-            elif word == "joints":
+            before = written or lines(cells)
+            value = eval(rest, {**NAMES, "lines": before, "text": "\n".join(before)})
+            if word == "joints":
                 joints = Source("joints.csv", "\n".join(value).encode())
             else:
-                text = value if isinstance(value, bytes) else value.encode()
+                written = value
         elif word == "map":
             maps += rest + "\n"
         elif word == "use":
             options |= dict(map(option, rest.split()))
         else:
-            changed, _, expression = change.partition(" = ")
-            known = {name: np.array(cells[name], float) for name in (*JOINTS, *PLACES) if name in cells}
-            for k, name in enumerate(changed.split(",")):
-                names = {**NAMES, **known, "_": known.get(name), "k": k}
-                values = np.broadcast_to(eval(expression, names), N).tolist()
-                header += "" if name in cells else f",{name}"
-                cells[name] = [value if isinstance(value, str) else f"{value:.8g}" for value in values]
-    if text is None:
-        text = "\n".join(written or [header, *lines(cells)[1:]]).encode()
-    arm = load_robot(options.pop("robot", "irb4600_60_205"))
-    asked = options.pop("measured", True)
-    terms = Reading(joints=joints, **{k: frozenset({v}) if k == "accept" else v for k, v in options.items()})
+            cells = changed(cells, *change.split(" = "))
+    text = "\n".join(lines(cells)) if written is None else "\n".join(written) if isinstance(written, list) else written
+    for old, new in heads:
+        head, *rows = text.split("\n")
+        assert old in head
+        text = "\n".join([head.replace(old, new), *rows])
     layout = Source("map.toml", maps.encode()) if maps else None
+    return text if isinstance(text, bytes) else text.encode(), layout, joints, options
+
+
+def outcome(changes: list[str]) -> list[str]:
+    """What becomes of the usual table with these changes."""
+    text, layout, joints, options = files(changes)
+    arm, measured = load_robot(options.pop("robot", "irb4600_60_205")), options.pop("measured", True)
+    terms = Reading(joints=joints, **{k: frozenset({v}) if k == "accept" else v for k, v in options.items()})
     try:
-        data = read_measurements(Source("cell.csv", text), arm, column_map=layout, measured=asked, terms=terms)
+        data = read_measurements(Source("cell.csv", text), arm, column_map=layout, measured=measured, terms=terms)
     except PostprocError as error:
-        return [found(d) for d in error.diagnostics]
-    return [f"  = {read(data)}", *map(found, data.diagnostics)]
+        return [reported(d) for d in error.diagnostics]
+    return [f"  = {shown(data)}", *map(reported, data.diagnostics)]
 
 
-def found(d: Diagnostic) -> str:
+def reported(d: Diagnostic) -> str:
     """A diagnostic as it is written in a row."""
     place = "" if d.source is None or d.span is None else f" at {d.place.removeprefix('cell.csv:')}"
     return f"  ! {d.code} {d.severity}{place}: {d.message}{f' -> {d.help}' if d.help else ''}".replace("\n", " / ")
 
 
-def read(data: Measurements) -> str:
+def shown(data: Measurements) -> str:
     """What was read, as it is written in a row."""
     usable = int(data.usable.sum())
     parts = [str(usable) if usable == len(data) else f"{usable} of {len(data)}"]
@@ -154,8 +161,8 @@ def read(data: Measurements) -> str:
         good = np.isfinite(data.rotation).all(axis=(1, 2))
         off = (Rotation.from_matrix(data.rotation[good]) * SEEN_TURNS[good].inv()).magnitude()
         parts.append(f"{int((off < 1e-6).sum())} turns")
-    shown = {name: getattr(data.state, name) for name in CHANNELS} | {"sigma_mm": data.sigma, **data.state.channels}
-    for name, values in shown.items():
+    channels = {name: getattr(data.state, name) for name in CHANNELS} | {"sigma_mm": data.sigma, **data.state.channels}
+    for name, values in channels.items():
         if values is not None:
             three = np.asarray(values, dtype=float)[:3] * (1e3 if name == "sigma_mm" else 1.0)
             parts.append(f"{name} {short(tuple(three.round(6).ravel().tolist()))}")

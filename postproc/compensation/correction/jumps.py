@@ -17,6 +17,7 @@ from postproc.compensation.correction.curve import Transition
 from postproc.compensation.path.motion import approach_side, feels_sides
 from postproc.effects.asking import displacement_of
 from postproc.effects.registry import BUILT_IN
+from postproc.effects.roles import Role
 from postproc.model.arm import Model
 from postproc.model.deflection import REACH
 from postproc.motion.path.samples import Samples, sample_moves
@@ -88,8 +89,9 @@ def intervals_for_jumps(model: Model, moves: Sequence[Move], intervals: Array) -
     Args:
         intervals: (m,) least number of intervals per move without regard to such effects.
     """
-    user_effects = [e for e in model.effects if type(e) not in BUILT_IN and set(e.reads) == {"q"}]
-    if not user_effects or not moves:
+    library = [cls for cls in BUILT_IN if cls.role is not Role.CURVE]
+    abrupt = [e for e in model.effects if type(e) not in library and set(e.reads) == {"q"}]
+    if not abrupt or not moves:
         return intervals
     length = sample_moves(model.robot, moves, intervals).curves.length
     probes = sample_moves(model.robot, moves, np.ceil(length / PROBED))
@@ -97,7 +99,7 @@ def intervals_for_jumps(model: Model, moves: Sequence[Move], intervals: Array) -
     inside = (probes.move[2:] == probes.move[:-2]) & ~probes.curves.joint[probes.move[2:]]
     sharp = np.zeros(len(inside), dtype=bool)
     twist = np.array([1.0, 1.0, 1.0, REACH, REACH, REACH])  # angles count at the reach of the arm
-    for effect in user_effects:
+    for effect in abrupt:
         share = displacement_of(effect, state)
         parts = [] if share.joint is None else [REACH * share.joint]
         parts += [twist * part for part in (share.tool, share.instrument, *share.body.values()) if part is not None]

@@ -20,14 +20,14 @@ WIDE = 3.0
 def slope(
     problem: Problem, masks: Masks, frozen: set[Name], strength: Mapping[str, float], before: Collection[Name] = ()
 ) -> Slope:
-    """Return the derivatives of the residual by all free parameters that the data determines; the others are held.
+    """Return the derivatives of the residual by all free parameters that the data determines.
 
-    Held is a parameter that is not fitted: where a change by ten ordinary sizes, or by its own value, would stay below
-    the noise of the whole data set, or where it only repeats parameters before it (rank 1e-7). Effects count in the
-    model's order.
+    The others are unidentifiable: a change by ten ordinary sizes, or by the parameter's value, would stay below the
+    noise of the data set, or the parameter only repeats those before it (rank 1e-7). Effects count in the model's
+    order.
 
     Args:
-        masks: which parameters are free, by effect key; frozen: parameters that are left out all the same.
+        masks: which parameters are free, by effect key; frozen: parameters that are excluded all the same.
         strength: of the smoothness penalty, by effect key.
         before: parameters of the slope before; of two that do the same these are kept, so that the choice stays.
     """
@@ -43,7 +43,7 @@ def slope(
         index = np.flatnonzero(mask)
         columns = problem.slopes(effect, mask)
         if effect.roughness() is not None:
-            # Its penalty determines what the data does not; such effects stand last, so nothing is held against them.
+            # Its penalty determines what the data does not; such effects stand last, so they take nothing from others.
             good = np.einsum("np,np->p", columns, columns) > 0
         else:
             good = np.zeros(len(index), dtype=bool)

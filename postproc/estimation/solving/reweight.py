@@ -1,4 +1,4 @@
-"""How rows and orientations weigh in a fit, by the residual they leave."""
+"""How rows and orientations weigh in a fit, by their residual."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ALIGNED, FEWEST = 0.97, 3
 
 
 def reweighted(problem: Problem, base: Weights, figures: Noise, robust: bool) -> tuple[Weights, tuple[int, ...]]:
-    """Return the weights that follow from the present residual, and the indices of rows that are set aside.
+    """Return the weights that follow from the present residual, and the indices of rows that are excluded.
 
     Args:
         base: weights by the noise alone; figures: that noise; robust: whether all rows get Huber weights.
@@ -58,7 +58,7 @@ def _turned(problem: Problem, rows: NDArray[np.int_]) -> bool:
 
 
 def _balanced(weights: Weights, data: Measurements, every: Array, figures: Noise) -> Array:
-    """Return (n, r) weights in which kinds of numbers without a known noise are weighted by their own residual.
+    """Return (n, r) weights in which kinds of numbers without a known noise are weighted by their residual.
 
     A row's stated sigma is that of its position. Orientations or joint angles may scatter in proportion to it or be
     equally good everywhere: the likelier of the two is taken for each kind.
@@ -94,9 +94,9 @@ def robust_rms(error: Array) -> float:
 
 
 def _surprise(error: Array) -> float:
-    """Return minus the mean log likelihood of errors under a normal distribution with their own robust scatter.
+    """Return minus the mean log likelihood of errors under a normal distribution with their robust scatter.
 
-    Errors count as three standard deviations at most; a constant is left out.
+    Errors count as three standard deviations at most; a constant is omitted.
     """
     scatter = robust_rms(error)
     return float(np.log(scatter) + 0.5 * np.nanmean(np.minimum((error / scatter) ** 2, 9.0))) if scatter > 0 else 0.0

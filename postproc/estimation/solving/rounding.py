@@ -71,7 +71,7 @@ def rounded(fit: Fit) -> bool:
 
     count = total(np.ones(used.shape))
     each = np.maximum(count, 1.0)
-    # The parameters take up what they can of the n means, and leave the (n - p)-th part of their variance.
+    # The parameters take up what they can of the n means, and the (n - p)-th part of their variance remains.
     poses, fitted = int((count > 0).sum()), len(fit.problem.residual) - fit.freedom
     error = total(fit.problem.error[good, :3]) / each * np.sqrt(poses / max(poses - fitted, 1.0))
     known = fit.noise.sigma is not None

@@ -18,7 +18,7 @@ SETTLED_CHANGE = 0.02
 
 
 def settled(fit: Fit) -> Fit:
-    """Return the fit at the likeliest parameters of its posterior, where what no row tells stands at its prior.
+    """Return the fit at the likeliest parameters of its posterior, where what no row shows stands at its prior.
 
     The model bends little on the way: the posterior is computed again where it moves by more than `SETTLED_CHANGE`.
     """

@@ -1,4 +1,4 @@
-"""How fine and how smooth a free function should be: the likeliest, whatever else is fitted beside it."""
+"""How fine and how smooth a free function should be: the likeliest, whatever else is fitted with it."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def likeliest(known: Linear, few: Problem, form: Effect) -> Smoothness:
     remaining = known.square - np.sum(explained / (value + square), axis=1)
     freedom = len(known.residual) - known.parameters
     likelihood = -0.5 * (freedom * np.log(np.maximum(remaining, 1e-300)) + np.sum(np.log1p(value / square), axis=1))
-    # A function that takes up everything is as likely at any strength below: nothing is left that could be noise.
+    # A function that takes up everything is as likely at any strength below: nothing remains that could be noise.
     likelihood[np.sum(value / (value + square), axis=1) > HALF * freedom] = -np.inf
     best = int(np.argmax(likelihood))
     return Smoothness(form, float(STRENGTHS[best]), float(likelihood[best]))

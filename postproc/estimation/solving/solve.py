@@ -24,7 +24,7 @@ FIT_SWEEPS = 40
 ROUNDS = 6
 """Sweeps in which weights follow the residual; twice as many for robust fits."""
 BENT_SHARE = 0.02
-"""Share of a step by which the model may miss what its slope foretold before the slope is renewed."""
+"""Share of a step by which the model may miss what its slope predicted before the slope is renewed."""
 FAITHFUL = 5e-3
 """The same where the slope still holds at the end of the step (no slope knows how loads follow a move)."""
 SETTLED, ROUGHLY = 1e-7, 1e-4
@@ -32,7 +32,7 @@ SETTLED, ROUGHLY = 1e-7, 1e-4
 LEAST_STEP_SHARE = 1e-3
 """Share of what one number has of the sum of squares: steps below it are a thirtieth of a standard deviation."""
 LEAST, FREED, UNFAITHFUL = 1e-3, 1e-6, 1e-2
-"""Damping with which steps begin to be held back and below which they are free again, and the share of the foretold
+"""Damping with which steps begin to be shortened and below which they are free again, and the share of the predicted
 fall below which a step is none. Freed too soon, every second step in a bent valley begins from ``LEAST`` anew."""
 
 
@@ -45,7 +45,7 @@ class Terms:
             named, all that its variants free.
         strength: of the smoothness penalty by effect key; for a free function that is not named, resolution and
             strength are chosen by the data.
-        robust: whether all rows get Huber weights; rows far off are set aside in any case and named.
+        robust: whether all rows get Huber weights; rows far off are excluded in any case and named.
         closely: the fit ends at a step that lowers the sum of squares by less than this share.
         determined: parameters that a fit of the same rows with fewer effects has found. Their values may stand for an
             effect that it lacked: where this fit cannot determine them, they go back to null.
@@ -59,11 +59,10 @@ class Terms:
 
 
 def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = frozenset()) -> Fit:
-    """Fit by least squares (Levenberg and Marquardt) inside the bounds; rows far off are set aside on the way.
+    """Fit by least squares (Levenberg and Marquardt) inside the bounds, without rows far off.
 
     A slope serves several steps where the model hardly bends, and a fit ends where a valid one predicts no further
-    fall. A parameter that only repeats one that has since stopped at a bound is determined then, and is fitted in its
-    place.
+    fall. A parameter that only repeats one that has since stopped at a bound is then fitted in its place.
 
     Args:
         noise: that of the weights; terms: with masks for all effects; fresh: keys of effects that no fit has seen.
@@ -76,11 +75,10 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
     stopped, replaced, returned = set[Name](), set[Name](), set[Name]()
     at: Slope | None = None
     place, good, damping = problem, False, 0.0
-    prior = _prior(problem, fresh, terms.determined)
-    kept: tuple[Name, ...] = ()
+    prior, kept = _prior(problem, fresh, terms.determined), tuple[Name, ...]()
 
     def sloped(frozen: Set[Name] = frozenset()) -> Slope:
-        """Return the slope at the present problem, some parameters left out."""
+        """Return the slope at the present problem, without some parameters."""
         return slope(problem, terms.free, replaced | frozen, terms.strength, kept)
 
     for sweep in range(FIT_SWEEPS):
@@ -90,7 +88,7 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
                 problem, at, good = problem.weighted(weights), at and at.reweighted(weights), False
         if at is None:
             at, place, good = sloped(), problem, True
-            # Coefficients of a free function are told by its smoothness where the data is silent.
+            # Coefficients of a free function follow from its smoothness where the data is silent.
             _require_enough(problem, int(np.sum(at.penalty == 0.0)))
             kept = at.parameters
             problem = _unidentifiable_at_prior(problem, at, prior, fresh, returned)
@@ -113,7 +111,7 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
         if not good and (settled or bends > BENT_SHARE):
             at = None
     stopped |= replaced
-    # Screening looks for directions beside these columns: they must be those of the very place.
+    # Screening looks for directions in addition to these columns: they must be those of the very place.
     if at is None or place is not problem or stopped.intersection(at.parameters):
         at = sloped(stopped)
     bound = tuple(sorted(stopped))
@@ -123,13 +121,13 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
 
 
 def _blocking(at: Slope, stopped: set[Name], slope_without: Callable[[set[Name]], Slope]) -> set[Name]:
-    """Return the parameters stopped at a bound that alone keep another one held, which can be fitted in their place.
+    """Return the parameters stopped at a bound that alone keep another one from being fitted in their place.
 
-    A parameter is held, that is not fitted, where the data does not determine it beside the others.
+    A parameter is not fitted where the data does not determine it together with the others.
 
     Args:
         at: the present slope; stopped: parameters (effect key, index) that stopped at a bound.
-        slope_without: returns the slope with some parameters left out.
+        slope_without: returns the slope without some parameters.
     """
     freed = set(at.unidentifiable).difference(slope_without(stopped).unidentifiable) if stopped else set()
     return {p for p in stopped if freed and freed.intersection(slope_without(stopped - {p}).unidentifiable)}
@@ -155,13 +153,13 @@ def _prior(problem: Problem, fresh: frozenset[str], determined: frozenset[Name])
 def _unidentifiable_at_prior(
     problem: Problem, at: Slope, prior: Mapping[str, Array], fresh: Set[str], returned: set[Name]
 ) -> Problem:
-    """Return the problem with held parameters (not fitted) put back to their prior values, each at most once.
+    """Return the problem with unidentifiable parameters put back to their prior values, each at most once.
 
     Frames and free functions stay. So do parameters of new effects whose change the others could make up for only by
     implausible values, or that fitted parameters of the effect need: a slack length means nothing without the hose.
 
     Args:
-        at: slope that tells which parameters are held; prior: values (q,) by effect key.
+        at: slope, with the unidentifiable parameters; prior: values (q,) by effect key.
         fresh: keys of effects that no fit has seen.
         returned: parameters that have been put back; it grows here, since they might otherwise come and go for ever.
     """
@@ -186,13 +184,14 @@ def _unidentifiable_at_prior(
 
 
 def _made_up_for(problem: Problem, at: Slope, effect: Effect, mask: NDArray[np.bool_], change: Array) -> bool:
-    """Return whether the fitted parameters can make up for a change of held ones with values of ordinary size.
+    """Return whether fitted parameters can make up for a change of unidentifiable ones with values of ordinary size.
 
     Values may also become smaller than they are. A turn of the last joint makes up for anything that turns the tool,
     but by far too large an angle.
 
     Args:
-        at: slope of the fitted parameters; mask: (q,) held parameters of the effect; change: (q,) of its vector.
+        at: slope of the fitted parameters; mask: (q,) unidentifiable parameters of the effect.
+        change: (q,) of its vector.
     """
     wanted = problem.slopes(effect, mask) @ change[mask]
     step = -np.linalg.lstsq(at.columns, wanted, rcond=None)[0]
@@ -214,7 +213,7 @@ def _require_enough(problem: Problem, fitted: int) -> None:
     rows, poses = len(problem.data), len(np.unique(np.round(problem.data.state.q, 6), axis=0))
     numbers, counted = len(problem.residual), f"{len(problem.residual)} measured numbers"
     if poses < min(FEWEST_POSES_TO_PLACE, rows):
-        # Rows of one pose tell the noise, and nothing of the arm.
+        # Rows of one pose show the noise, and nothing of the arm.
         numbers, counted = numbers * poses // rows, f"{rows} rows of {poses} pose{'s' * (poses > 1)}"
     if numbers <= fitted:
         message = f"{counted} cannot determine {fitted} parameters"
@@ -241,15 +240,15 @@ def advance(
     now = at.cost(problem)
     for _ in range(tries):
         step, stopped = at.damped(damping).step(problem)
-        foretold = now - at.predicted_cost(problem, step)
-        if foretold <= little:
+        predicted = now - at.predicted_cost(problem, step)
+        if predicted <= little:
             break
         trial = at.moved(problem, step)
         try:
             cost = at.cost(trial)
         except PostprocError:
             cost = np.inf
-        faithful = (now - cost) / foretold
+        faithful = (now - cost) / predicted
         if faithful > UNFAITHFUL:
             damping *= max(0.2, 1 - (2 * faithful - 1) ** 3)
             if damping < FREED:

@@ -49,7 +49,7 @@ def start_frames(problem: Problem) -> Problem:
     frames = effect_in_role(Role.SESSION_FRAMES).null(session=tuple(steps))
     frames = frames.with_vector(np.concatenate([step[:, :3].ravel(), step[:, 3:].ravel()]))
     others = [e for e in begun.model.effects if e.role not in (Role.INSTRUMENT_FRAME, Role.SESSION_FRAMES)]
-    # Frames come first: what does the same as they (joint 1) is held against them.
+    # Frames come first: what does the same as they (joint 1) is not fitted.
     return begun.at([frame, frames, *others])
 
 

@@ -19,7 +19,7 @@ SMALL = 0.3
 """Share of its ordinary size by which a parameter may move without changing the others' columns."""
 
 STEP_DAMPING = 1e-9
-"""Least pull on a column of unit length, a hundredth of what a column must say of its own to be fitted."""
+"""Least pull on a column of unit length, a hundredth of what a column must add to the others to be fitted."""
 
 Masks = Mapping[str, NDArray[np.bool_]]
 Name = tuple[str, int]
@@ -31,7 +31,8 @@ class Slope:
 
     Args:
         columns: (N, p) whitened derivatives by the parameters that the data determines.
-        parameters: the p parameters, as (effect key, index). held: free parameters that the data does not determine.
+        parameters: the p parameters, as (effect key, index).
+        unidentifiable: free parameters that the data does not determine.
         penalty: (p,) weights of the smoothness penalty. anchor: (p,) those combined with the weak pull to null.
         weights: with which the columns are whitened.
         damping: pull towards where the model stands, on columns of unit length (Levenberg 1944, Marquardt 1963).
@@ -117,9 +118,9 @@ class Slope:
         Args:
             problem, further: the same measurements with the model's parameters before and after a step.
         """
-        foretold = self.columns @ (self.values(further) - self.values(problem))
-        missed = problem.residual - foretold - further.residual
-        return float(np.linalg.norm(missed)) / max(float(np.linalg.norm(foretold)), 1e-300)
+        predicted = self.columns @ (self.values(further) - self.values(problem))
+        missed = problem.residual - predicted - further.residual
+        return float(np.linalg.norm(missed)) / max(float(np.linalg.norm(predicted)), 1e-300)
 
     def predicted_cost(self, problem: Problem, step: Array) -> float:
         """Return the `cost` that the linear model predicts for a problem after a step (p,) of its parameters."""
