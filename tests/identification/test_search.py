@@ -107,7 +107,7 @@ def test_a_line_that_a_curve_leaves_nothing_to_tell_goes():
     begin = replace(begin, forms=curve_forms(q3, base.problem.site, seen=False))
     paid = replace(begin.missing[0], price=2 * np.log(20 * 240.0**2))
     begin = replace(begin, missing=(paid,))
-    begin = begin.with_curves(tuple(begin.ranked_curves()[:1]))
+    begin = begin.with_curves(tuple(begin.ranked_curves())[:1])
     found = backward(begin)
     assert [m.label for m in found.missing] == ["joint 2, order 4"] and found.curves[0].curve.where == "joint 3"
 
@@ -117,7 +117,7 @@ def test_a_name_takes_the_place_of_a_curve_that_was_taken_before_it():
     base = base_fit(cell(kinds.thermal_joint_drift, seed=31, poses=60)[0])
     forms = curve_forms(base.problem.sensitivity.state, base.problem.site)
     begin = SearchState(base, base, {ThermalJointDrift.key: ThermalJointDrift}, forms)
-    early = begin.with_curves(tuple(begin.ranked_curves()[:1]))
+    early = begin.with_curves(tuple(begin.ranked_curves())[:1])
     assert early.curves and not early.missing
     found = search(early)
     assert found.keys == ("thermal_joint_drift",) and not found.curves
@@ -144,7 +144,7 @@ def test_a_law_that_was_taken_before_the_other_effect_gives_way_to_the_one_that_
         "nonlinear_compliance": "piecewise",
         "transmission_error": "",
     }
-    assert found.fit.linear.square < begin.fit.linear.square - 20 and backward(found).fit is found.fit
+    assert found.fit.linear.square < begin.fit.linear.square - 15 and backward(found).fit is found.fit
 
 
 def swaying(data: Measurements, size: float = 1e-3) -> tuple[Fit, Candidate]:
@@ -244,8 +244,8 @@ def test_rows_that_only_stand_out_beside_an_effect_are_no_merit_of_it():
     base = base_fit(replace(data, position=wrong))
     one = compose(Screen(base.problem, {TransmissionError.key: TransmissionError}), base.linear, TransmissionError.key)
     after = refit(base, one)
-    assert not base.set_aside and len(after.set_aside) == 2
-    mistakes = after.problem.squares()[list(after.set_aside)].sum()
+    assert not base.excluded and len(after.excluded) == 2
+    mistakes = after.problem.squares()[list(after.excluded)].sum()
     fall = judged(base, after, one).fall
     assert fall == pytest.approx(base.linear.square - after.linear.square - mistakes, rel=1e-3)
     assert mistakes > 0.05 * base.linear.square and abs(fall - one.fall) < 0.5 * mistakes
@@ -268,8 +268,6 @@ def test_what_no_arm_can_be_is_worth_nothing_but_can_be_added():
     declared = base.model.robot.mass[list(after.model.effect(ArmLoad.key).body)]
     assert (after.model.effect(ArmLoad.key).mass_kg < -declared).any()
     assert judged(base, after, one).evidence == -np.inf
-    assert search(SearchState(base, base, {ArmLoad.key: ArmLoad}, curve_forms(State(np.zeros((len(base.data), 6)),
-        T_base_body=np.tile(np.eye(4), (len(base.data), 7, 1, 1))), base.problem.site, seen=False))).missing == ()  # fmt: skip
     assert add_effects(base.model, base.data, [ArmLoad.key]).fit.rms < 0.5 * base.rms
 
 
@@ -431,23 +429,28 @@ def test_what_was_computed_for_other_loads_or_weights_is_computed_anew():
         assert one.columns == pytest.approx(other.columns, rel=1e-12)
 
 
-@pytest.mark.parametrize("key", sorted(LIBRARY))
-def test_forms_that_are_screened_together_gain_what_their_own_columns_do(key):
-    """Of every effect, alone and beside what the model has of it."""
-    fit, cls = base_fit(cell(seed=640132, poses=40)[0]), LIBRARY[key]
-    if cls.null().missing(fit.problem.sensitivity.state) or cls.unlikely == np.inf:
-        return
-    alone = Screen(fit.problem, {key: cls}).forms(key, None)
-    found = gains(fit.linear, alone)
-    for i in range(0, len(alone), max(1, len(alone) // 12)):
-        one = gain(fit.linear, columns_of(fit.problem, alone[i].effect, alone[i].screened), alone[i].forming)
-        assert found.of(i).fall == pytest.approx(one.fall, rel=1e-6, abs=1e-9)
-    for held in list(alone)[:: max(1, len(alone) // 2)]:
-        taken, made = (forms_of(fit.problem, cls, held.effect, some) for some in (alone, ()))
-        assert [f.label for f in taken] == [f.label for f in made]
-        for a, b in list(zip(taken, made, strict=True))[:: max(1, len(made) // 10)]:
-            np.testing.assert_allclose(a.columns, b.columns, atol=1e-6 * np.abs(b.columns).max())
-            assert a.screened.tolist() == b.screened.tolist() and a.effect.to_file() == b.effect.to_file()
+def test_forms_that_are_screened_together_have_the_columns_that_each_has_alone():
+    """Of every effect, and beside what the model has of it; they gain what their columns do."""
+    fit, asked = base_fit(cell(seed=640132, poses=40)[0]), 0
+    for key, cls in LIBRARY.items():
+        testable = not cls.null().missing(fit.problem.sensitivity.state) and cls.unlikely < np.inf
+        alone = list(Screen(fit.problem, {key: cls}).forms(key, None)) if testable else []
+        asked += bool(alone)
+        for form in alone[:: max(1, len(alone) // 8)]:
+            columns = columns_of(fit.problem, form.effect, form.screened)
+            np.testing.assert_allclose(form.columns, columns, atol=1e-6 * np.abs(columns).max())
+        for held in alone[:: max(1, len(alone) // 2)]:
+            taken, made = (forms_of(fit.problem, cls, held.effect, some) for some in (alone, ()))
+            assert [f.label for f in taken] == [f.label for f in made]
+            for a, b in list(zip(taken, made, strict=True))[:: max(1, len(made) // 10)]:
+                np.testing.assert_allclose(a.columns, b.columns, atol=1e-6 * np.abs(b.columns).max())
+                assert a.screened.tolist() == b.screened.tolist() and a.effect.to_file() == b.effect.to_file()
+    assert asked > 12
+    lines = Screen(fit.problem, {TransmissionError.key: TransmissionError}).forms(TransmissionError.key, None)
+    found = gains(fit.linear, lines)
+    for i in range(0, len(lines), 97):
+        one = gain(fit.linear, lines[i].columns)
+        assert (found.of(i).fall, found.of(i).evidence) == pytest.approx((one.fall, one.evidence), rel=1e-9)
 
 
 def test_what_stood_in_for_a_missing_effect_does_not_stay():
@@ -465,7 +468,7 @@ def test_what_stood_in_for_a_missing_effect_does_not_stay():
     keys = ("instrument_frame", "tool_frame", "joint_offset", "link_geometry")
     base = fit_model(Model(load_robot("irb4600_60_205")), data, [LIBRARY[key].null() for key in keys])
     fit = grown(base, LIBRARY["servo_lag"])
-    null = [fit.model.effect(key).vector()[k] == 0.0 for key, k in fit.held]
+    null = [fit.model.effect(key).vector()[k] == 0.0 for key, k in fit.unidentifiable]
     assert len(null) > 10 and np.mean(null) > 0.9
     lag = fit.model.effect("servo_lag").vector()
     known = [k for key, k in fit.parameters if key == "servo_lag"]
