@@ -19,6 +19,8 @@ from postproc.identification.curves.functions import fixed
 from postproc.identification.curves.signal import Signal
 from postproc.identification.diagnose import diagnose
 from postproc.identification.diagnosis import Diagnosis
+from postproc.identification.screen.candidate import Candidate
+from postproc.identification.screen.suspects import Suspect, places
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.table import read_measurements
 from postproc.model.arm import Model
@@ -57,6 +59,13 @@ def law(names: str, values, sentence: str = "proportional") -> CurveForm:
     """A form that is called so, of values (n,) that follow some channels, "q5 q6"."""
     signal = Signal(tuple(names.split()), values, names, "", names)
     return CurveForm(((fixed("line", sentence, "line", numbers=(0.0,)), signal),), kind="line")
+
+
+def curve_candidate(fit: Fit, place: str, channel: str, values: np.ndarray) -> Candidate:
+    """The curve by which a place moves in proportion to a column, as a search would have found it."""
+    form = law(channel, values)
+    curve = Suspect(place, places(fit.problem)[place], form, 0.0, 99.0, 0.0, channel)
+    return Candidate.of_curve(curve, curve.effect(fit.problem.site))
 
 
 JOINTED = {"q": "q", "v": "v", "dir": "approach", "load": "joint_load"}
