@@ -12,6 +12,7 @@ import pytest
 from postproc.compensation.correction.fewest_targets import Division, error_with_targets
 from postproc.compensation.options import TOLERANCE_M
 from postproc.compensation.text.insertions import added_instruction
+from postproc.compensation.tolerances import goal_tolerances
 from postproc.model.file import default_model
 from tests.build import arm, body_of, convert, independent, places, written
 from tests.compensation.build import PROCESS, brief, findings, small
@@ -38,6 +39,15 @@ def test_a_finer_tolerance_needs_more_targets_in_proportion_to_its_root(toleranc
     # 41 micrometres is the deviation of this seam's correction from a single chord.
     assert chords == pytest.approx(math.sqrt(41e-6 / (0.8 * tolerance)), abs=1.01)
     assert independent(CHORD, conversion).after <= 1e3 * tolerance
+
+
+@pytest.mark.parametrize(("start", "expected"), [("@{1350,-450}", [2e-4, 1e-5, 1e-5]), ("p", [2e-4, 1e-5])])
+def test_a_goal_has_the_tolerance_of_both_moves_that_meet_there(start: str, expected: list[float]) -> None:
+    """A weld that begins nobody knows where meets no move."""
+    body = f"MoveJ @{{1350,-500}},v200,fine,tT; ArcLStart {start},{PROCESS},fine,tT; ArcLEnd @{{1350,-400}},{PROCESS},fine,tT;"
+    plan = convert(small(body, data="VAR robtarget p;"), air_tolerance_m=2e-4, allow_partial=True).plan
+    assert plan is not None
+    assert goal_tolerances(plan.motion.moves, plan.motion.options).tolist() == expected
 
 
 def test_indentation_follows_the_statement() -> None:

@@ -40,6 +40,12 @@ def test_a_seam_ends_with_its_routine() -> None:
     assert [weld["name"] for weld in conversion.report["welds"]] == ["one", "two"]
 
 
+def test_a_seam_that_begins_nobody_knows_where_has_no_figure() -> None:
+    body = f"MoveJ @{{1300,-500}},v300,fine,tT; p:=CRobT(); ArcLStart p,{PROCESS},fine,tT; ArcLEnd @{{1350,-430}},{PROCESS},fine,tT;"
+    (seam,) = convert(small(body, data="VAR robtarget p;"), allow_partial=True).report["welds"]
+    assert seam["before_mm"] is None and seam["after_mm"] is None and seam["left"] == 1
+
+
 def test_hours_of_cycle_time_are_said_in_hours() -> None:
     slow = convert(small("MoveJ @{1350,-500},v100,fine,tT; MoveL @{1350,-420},[0.01,500,5000,1000],fine,tT;"))
     hours = slow.report["cycle_time_s"] / 3600

@@ -127,6 +127,14 @@ def test_the_error_of_a_measured_tool_is_not_that_of_one_that_stands() -> None:
     assert written(conversion) == written(convert(seam()))
 
 
+def test_the_function_at_run_time_does_not_correct_a_tool_that_stands() -> None:
+    """It returns such targets as they came, and the proof says what remains."""
+    conversion = convert(plate(f"MoveJ {on_work(0, 0)},v200,fine,{TOOL};"), run_time="all")
+    (outcome,) = conversion.outcomes
+    assert outcome.status == "run_time" and (outcome.residual_mm or 0.0) > 1.0
+    assert "CMP006" in codes(conversion)
+
+
 @pytest.mark.parametrize(
     ("tool", "words"),
     [

@@ -77,8 +77,8 @@ def judge_statements(
     sizes = np.column_stack([after.goal_distance, lengths]).tolist()
     # Such targets are corrected for the state in which the next move starts, not for their own.
     for_next = [t.move for t in plan.transitions if t.where == BEFORE_TARGET and t.of_load]
-    for_own = ~np.isin(np.arange(len(plan.motion.moves)), for_next)
-    at_goal = np.where(after.goal_steady & for_own, after.goal_distance, 0.0)
+    for_current = ~np.isin(np.arange(len(plan.motion.moves)), for_next)
+    at_goal = np.where(after.goal_steady & for_current, after.goal_distance, 0.0)
     tolerances = plan.path_tolerance, goal_tolerances(plan.motion.moves, plan.motion.options)
     beyond = (changing & ((worst > tolerances[0]) | (at_goal > tolerances[1]))).tolist()
     outcomes: list[StatementOutcome] = []
