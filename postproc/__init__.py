@@ -117,13 +117,13 @@ def write_model(file: str | Path, model: Model | Fit) -> None:
     """Write a model, or a fit with its covariance, as a TOML file; comments of the file that it replaces survive."""
     from postproc.estimation.fitted import Fit
     from postproc.estimation.recorded import recorded_model
-    from postproc.files import read_source, write_whole
+    from postproc.files import read_source, write_atomically
     from postproc.model.rewrite import render_model
 
     path = Path(file)
     model = recorded_model(model) if isinstance(model, Fit) else model
     before = read_source(path).data.decode("utf-8-sig") if path.is_file() else ""
-    write_whole(path, render_model(model, before).encode())
+    write_atomically(path, render_model(model, before).encode())
 
 
 def read_measurements(file: str | Path, robot: str | Model, column_map: str | Path | None = None) -> Measurements:

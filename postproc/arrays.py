@@ -54,7 +54,7 @@ def constant(values: Array) -> Array:
     return np.broadcast_to(values[:1].copy(), values.shape)
 
 
-def whole_turns(angle: Array, near: NDArray[np.floating]) -> Array:
+def full_turns(angle: Array, near: NDArray[np.floating]) -> Array:
     """Return the whole turns [rad] to add to angles [rad] so that they are nearest to others; both broadcast.
 
     Args:

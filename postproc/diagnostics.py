@@ -35,7 +35,7 @@ def visible(text: str) -> str:
 
     A program could otherwise move the cursor, change the clipboard (OSC 52), or turn the direction of what is read.
     """
-    return _INVISIBLE.sub(lambda found: found[0].encode("unicode_escape", "surrogatepass").decode(), text)
+    return _INVISIBLE.sub(lambda match: match[0].encode("unicode_escape", "surrogatepass").decode(), text)
 
 
 def one_line(text: str) -> str:

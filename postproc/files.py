@@ -204,7 +204,7 @@ def check_tree(
         raise PostprocError.of("CLI007", text, help="choose another place")
 
 
-def write_whole(target: Path, data: bytes, scratch: Path | None = None) -> None:
+def write_atomically(target: Path, data: bytes, scratch: Path | None = None) -> None:
     """Write a file atomically: under a temporary name, forced to the disk, then renamed.
 
     Folders that are not there are made; the rights of a file that is replaced stay.

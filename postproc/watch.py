@@ -18,7 +18,7 @@ def unwatched(what: str, share: float) -> None:
     """
 
 
-def told_of(
+def reporting_progress(
     parts: Iterable[T], share: Callable[[T], float], watch: Watch, step: tuple[str, float, float]
 ) -> Iterator[T]:
     """Yield the parts of a step, and report the progress after each.
@@ -28,8 +28,8 @@ def told_of(
         step: its name, and the shares of the whole work that are done when it begins and when it ends.
     """
     what, done, end = step
-    rest = end - done
+    share_of_step = end - done
     for part in parts:
         yield part
-        done = min(done + rest * share(part), end)
+        done = min(done + share_of_step * share(part), end)
         watch(what, done)

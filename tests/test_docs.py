@@ -5,6 +5,7 @@ from __future__ import annotations
 import doctest
 import importlib.util
 import re
+import runpy
 import sys
 import tomllib
 from functools import cache
@@ -16,8 +17,8 @@ from jsonschema import Draft202012Validator
 from markdown_it import MarkdownIt
 
 from postproc.schemas import schema_of
+from tests.conftest import ROOT
 
-ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
 PAGES = sorted(
     page for page in [*DOCS.rglob("*.md"), *ROOT.glob("*.md")] if not {"_build", "_generated"} & set(page.parts)
@@ -118,6 +119,12 @@ def test_the_page_of_the_python_api_is_a_doctest(tmp_path: Path, monkeypatch: py
     monkeypatch.chdir(tmp_path)
     found = doctest.testfile(str(DOCS / "api.md"), module_relative=False, optionflags=doctest.NORMALIZE_WHITESPACE)
     assert found.attempted > 15 and found.failed == 0
+
+
+def test_the_seam_of_the_readme_says_what_the_package_says_today() -> None:
+    text = re.compile(r"<text[^>]*>([^<]*)</text>")
+    draw = runpy.run_path(str(DOCS / "figures" / "draw_seam.py"))["draw"]
+    assert text.findall(draw()) == text.findall((DOCS / "figures" / "seam.svg").read_text("utf-8"))
 
 
 def test_every_page_stands_in_the_contents() -> None:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import ast
 import importlib
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
+from re import _compiler, _parser  # type: ignore[attr-defined]
 from re import _constants as op  # type: ignore[attr-defined]
-from re import _parser  # type: ignore[attr-defined]
 from typing import Any
 
 from tests.cost import loops
@@ -56,32 +56,22 @@ def expressions() -> dict[str, Expression]:
 
 
 LETTERS = (*b" a1.,\t{[('\"_A-x/\\\n!:;<>", *range(1, 256), 0x2019)
+REPEATS = (op.MAX_REPEAT, op.MIN_REPEAT, op.POSSESSIVE_REPEAT)
 
 
-def letter(items: Any) -> str:
-    """A character of a class."""
-    return next(chr(code) for code in LETTERS if _in(items, code))
+def parts(kind: Any, value: Any) -> Sequence[Any]:
+    """The expressions that a part of an expression consists of."""
+    if kind is op.BRANCH:
+        return value[1]
+    if kind is op.SUBPATTERN:
+        return (value[-1],)
+    return (value,) if kind is op.ATOMIC_GROUP else (value[2],) if kind in REPEATS else ()
 
 
-def _in(items: Any, code: int) -> bool:
-    negated = bool(items) and items[0][0] is op.NEGATE
-    said = {
-        op.CATEGORY_DIGIT: chr(code).isdigit(),
-        op.CATEGORY_SPACE: chr(code).isspace(),
-        op.CATEGORY_WORD: chr(code).isalnum() or code == 95,
-    }
-    said |= {
-        op.CATEGORY_NOT_DIGIT: not said[op.CATEGORY_DIGIT],
-        op.CATEGORY_NOT_SPACE: not said[op.CATEGORY_SPACE],
-        op.CATEGORY_NOT_WORD: not said[op.CATEGORY_WORD],
-    }
-    inside = any(
-        (kind is op.LITERAL and value == code)
-        or (kind is op.RANGE and value[0] <= code <= value[1])
-        or (kind is op.CATEGORY and said[value])
-        for kind, value in items
-    )
-    return inside != negated
+def letter(node: Any) -> str:
+    """A character that a class, or all but one character, matches."""
+    one = _compiler.compile(_parser.SubPattern(_parser.State(), [node]))
+    return next(chr(code) for code in LETTERS if one.match(chr(code)))
 
 
 def example(parsed: Any, most: int = 1) -> str:
@@ -90,45 +80,26 @@ def example(parsed: Any, most: int = 1) -> str:
     for kind, value in parsed:
         if kind is op.LITERAL:
             out += chr(value)
-        elif kind is op.NOT_LITERAL:
-            out += letter([(op.NEGATE, None), (op.LITERAL, value)])
-        elif kind is op.IN:
-            out += letter(value)
+        elif kind in (op.NOT_LITERAL, op.IN):
+            out += letter((kind, value))
         elif kind is op.ANY:
             out += "a"
-        elif kind is op.BRANCH:
-            out += example(value[1][0], most)
-        elif kind is op.SUBPATTERN:
-            out += example(value[-1], most)
-        elif kind is op.ATOMIC_GROUP:
-            out += example(value, most)
-        elif kind in REPEATS:
-            out += example(value[2], most) * min(max(value[0], most), value[1])
+        elif inner := parts(kind, value):
+            times = min(max(value[0], most), value[1]) if kind in REPEATS else 1
+            out += example(inner[0], most) * times
     return out
-
-
-REPEATS = (op.MAX_REPEAT, op.MIN_REPEAT, op.POSSESSIVE_REPEAT)
 
 
 def repeated(parsed: Any, before: str = "") -> Iterator[tuple[str, str]]:
     """What stands before each part that repeats without end, and what is repeated, in all of its alternatives."""
     for i, (kind, value) in enumerate(parsed):
         here = before + example(parsed[:i], 0)
-        if kind in REPEATS:
-            inner = value[2]
-            if value[1] > 100:
-                every = [example(inner)]
-                for deeper, what in inner:
-                    every += [example(branch) for branch in what[1]] if deeper is op.BRANCH else []
-                yield from ((here, text) for text in every if text)
+        if kind in REPEATS and value[1] > 100:
+            every = [example(value[2])]
+            every += [example(branch) for deeper, of in value[2] if deeper is op.BRANCH for branch in parts(deeper, of)]
+            yield from ((here, text) for text in every if text)
+        for inner in parts(kind, value):
             yield from repeated(inner, here)
-        elif kind is op.SUBPATTERN:
-            yield from repeated(value[-1], here)
-        elif kind is op.ATOMIC_GROUP:
-            yield from repeated(value, here)
-        elif kind is op.BRANCH:
-            for branch in value[1]:
-                yield from repeated(branch, here)
 
 
 def adversarial(pattern: re.Pattern[Any], size: int) -> Iterator[str | bytes]:

@@ -1,14 +1,16 @@
-"""How a process works: what is imported, and how often garbage is looked for."""
+"""How a process works: what is imported, how often garbage is looked for, and how much memory a conversion takes."""
 
 from __future__ import annotations
 
 import gc
+import os
 import subprocess
 import sys
 
 import pytest
 
 from postproc.process import COLLECT, seldom_collecting
+from tests.conftest import ROOT
 
 LOADING = """
 import sys
@@ -60,9 +62,16 @@ assert toppra.SimplePath(numpy.arange(2.0), numpy.ones((2, 1))).dof == 1
 """
 
 
+def run(program: str, *words: str) -> str:
+    """What a program prints in a process of its own, with one thread for linear algebra."""
+    env = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    command = [sys.executable, "-c", program, *words]
+    return subprocess.run(command, cwd=ROOT, env=env, stdout=subprocess.PIPE, text=True, check=True).stdout
+
+
 @pytest.mark.parametrize("program", [LOADING, ANOTHER_SCIPY, PLOTTING])
 def test_what_is_put_off_comes_when_it_is_asked_for(program: str) -> None:
-    subprocess.run([sys.executable, "-c", program], check=True)
+    run(program)
 
 
 def test_thresholds_are_put_back() -> None:
@@ -71,3 +80,27 @@ def test_thresholds_are_put_back() -> None:
         assert gc.get_threshold() == COLLECT
         raise ValueError
     assert gc.get_threshold() == before
+
+
+PEAK = """
+import sys
+from tests.cost import peak_mb
+from postproc import arrays
+whole = arrays.blocks
+arrays.blocks = lambda n, size=0: whole(n, (size or arrays.BLOCK) // 10)  # so that a short program has many of them
+from postproc.compensation.options import Options
+from postproc.runtime.passes import correct_program
+from postproc.diagnostics import Source
+from postproc.model.file import default_model
+from tests.bench.programs import program
+done = correct_program(Source("long.mod", program(int(sys.argv[1]))), default_model(), Options())
+assert done.exit_code == 0, done.diagnostics
+print(round(1048576 * peak_mb()))
+"""
+MOST = 12_500  # bytes a target; 20,000 with the states of a whole program held at once
+
+
+def test_a_target_costs_a_few_kilobytes() -> None:
+    """What is kept of a target is small, and working arrays do not grow with the program."""
+    peak = {targets: int(run(PEAK, str(targets))) for targets in (500, 2_000)}
+    assert (peak[2_000] - peak[500]) / 1_500 < MOST

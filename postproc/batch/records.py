@@ -18,7 +18,7 @@ from typing import IO
 
 from postproc.batch.values import TaskRecord
 from postproc.diagnostics import Diagnostic, Finding, Matter, PostprocError
-from postproc.files import read_file, real, stays_inside, why, write_whole
+from postproc.files import read_file, real, stays_inside, why, write_atomically
 from postproc.tasks.discover import STATE
 
 COPIES = "copies-"  # begin of the name of a record of copied files
@@ -153,7 +153,7 @@ class OutputTree:
             PostprocError: BAT004, that fails.
         """
         try:
-            write_whole(self.root / path, data, self.unfinished)
+            write_atomically(self.root / path, data, self.unfinished)
         except OSError as error:
             raise _not_written(self.root / path, error) from error
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from postproc.cli.printing import VERBOSE, print_document, put, say
 from postproc.diagnostics import PostprocError, visible
-from postproc.files import check_writes, read_source, real, why, write_whole
+from postproc.files import check_writes, read_source, real, why, write_atomically
 
 if TYPE_CHECKING:
     from postproc.model.arm import Model
@@ -59,7 +59,7 @@ def write(path: Path | None, data: bytes | str) -> None:
         if path.exists() and not path.is_file():  # a device, a pipe: nothing may take its place
             path.write_bytes(data)
         else:
-            write_whole(real(path), data)  # a link stays a link
+            write_atomically(real(path), data)  # a link stays a link
     except OSError as error:
         reason, help_ = why(error)
         raise PostprocError.of("CLI008", f"cannot write `{path}`: {reason}", help=help_) from None
@@ -72,7 +72,7 @@ def present(
     json: bool = False,
     form: str | None = None,
     text: bool = False,
-    aside: bool = False,
+    on_stderr: bool = False,
     root: Path = Path(),
 ) -> None:
     """Print a result on stdout, as text or as JSON, and write its page where ``report`` names one.
@@ -80,7 +80,7 @@ def present(
     Args:
         json: print the document as JSON. form: the same as a word, ``json``, or ``sarif`` for the findings alone.
         text: with a document on stdout, also print the text on stderr.
-        aside: stdout is taken, the text goes to stderr. root: folder at which the paths of findings start.
+        on_stderr: stdout is taken, the text goes there. root: folder at which the paths of findings start.
     """
     if report is not None:
         from postproc.report.page import render_page
@@ -93,7 +93,7 @@ def present(
         from postproc.report.terminal import render_text
 
         if shown := render_text(document, VERBOSE.get()):
-            (say if form is not None or aside else put)(shown)
+            (say if form is not None or on_stderr else put)(shown)
 
 
 def write_together(files: Sequence[tuple[Path | None, bytes]]) -> None:

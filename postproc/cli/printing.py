@@ -46,7 +46,7 @@ def show(diagnostics: Iterable[Diagnostic]) -> None:
         most = len(findings) if VERBOSE.get() else MOST_SHOWN[severity]
         for d in findings[:most]:
             text = d.render(width)  # which is fit for a terminal
-            print_aside(_colored(text, d) if colored else text)
+            print_stderr(_colored(text, d) if colored else text)
         if len(findings) > most:
             say(f"{code}: {len(findings) - most} more like this{_lines(findings[most:])}; `--verbose` shows them")
 
@@ -79,7 +79,7 @@ def width_of(stream: TextIO) -> int | None:
     return width if width >= NARROWEST else None
 
 
-def print_aside(text: str, end: str = "\n") -> None:
+def print_stderr(text: str, end: str = "\n") -> None:
     """Print on stderr; a reader that has gone (``2>&1 | head``) is no error."""
     try:
         print(text, end=end, file=sys.stderr, flush=True)
@@ -89,7 +89,7 @@ def print_aside(text: str, end: str = "\n") -> None:
 
 def say(text: str) -> None:
     """Print text for people on stderr, wrapped and without control characters."""
-    print_aside(_fitted(text, sys.stderr))
+    print_stderr(_fitted(text, sys.stderr))
 
 
 def put(text: str) -> None:
@@ -112,7 +112,7 @@ def say_next(what: str, *words: object, lead: str = "next") -> None:
     """
     shown = ["-" if str(word) == STDIN else str(word) for word in words]
     # Not wrapped: what a terminal breaks by itself is copied whole.
-    print_aside(visible(f"{lead}: `postproc {shlex.join(shown)}` {what}"))
+    print_stderr(visible(f"{lead}: `postproc {shlex.join(shown)}` {what}"))
 
 
 def print_document(document: Mapping[str, Any], form: str = "json", root: Path = Path()) -> None:

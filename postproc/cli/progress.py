@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from postproc.cli.printing import print_aside, width_of
+from postproc.cli.printing import print_stderr, width_of
 from postproc.diagnostics import visible
 
 if TYPE_CHECKING:
@@ -24,12 +24,12 @@ class _Work:
     def __init__(self, what: str, lines: int) -> None:
         """Start the clock of a work with this name and number of lines."""
         self.what, self.lines = what, lines
-        self.begun = self.told = time.monotonic()
+        self.begun = self.reported = time.monotonic()
         self.step, self.share = "", 0.0
 
     def watch(self, step: str, share: float) -> None:
         """Note the present step and the share of the work that is done."""
-        self.step, self.share, self.told = step, max(self.share, min(share, 1.0)), time.monotonic()
+        self.step, self.share, self.reported = step, max(self.share, min(share, 1.0)), time.monotonic()
 
     def line(self, now: float) -> str:
         """Return a line on step, share, time, rate and remaining time, as far as the share tells them.
@@ -40,12 +40,12 @@ class _Work:
         parts = [": ".join(filter(None, (self.what, self.step))), f"{now - self.begun:.0f} s"]
         if self.share > 0:
             parts.insert(1, f"{100 * self.share:.0f} %")
-            done = self.told - self.begun
+            done = self.reported - self.begun
             if done < 0.5:  # too early to tell
                 return visible(", ".join(parts))
             if self.lines:
                 parts.append(f"{self.share * self.lines / done:,.0f} lines/s")
-            remaining = done * (1 - self.share) / self.share - (now - self.told)
+            remaining = done * (1 - self.share) / self.share - (now - self.reported)
             if remaining >= 1:  # a step that takes longer than its share foretold has no end that is known
                 parts.append(f"about {remaining:.0f} s remain")
         return visible(", ".join(parts))
@@ -67,12 +67,12 @@ def watching(what: str = "", lines: int = 0) -> Iterator[Watch]:
             line = work.line(time.monotonic())
             if terminal:  # what wraps could not be taken back
                 line = line[: (width_of(sys.stderr) or len(line) + 1) - 1]
-                print_aside(f"\r{line}\x1b[K", end="")
+                print_stderr(f"\r{line}\x1b[K", end="")
             else:
-                print_aside(line)
+                print_stderr(line)
             pause *= 1 if terminal else 2
         if terminal and time.monotonic() - work.begun > 1:
-            print_aside(CLEAR, end="")
+            print_stderr(CLEAR, end="")
 
     teller = threading.Thread(target=tell, daemon=True)
     teller.start()

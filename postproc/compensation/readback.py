@@ -34,7 +34,7 @@ from postproc.robot.arm import Robot
 from postproc.robot.cells.station import Station
 from postproc.robot.configuration import confdata, quadrant_excess
 from postproc.robot.inverse import COMPLIANT
-from postproc.watch import Watch, told_of
+from postproc.watch import Watch, reporting_progress
 
 MOST_EVENTS = 2000  # events of the written program that are looked at together
 OTHER_ARM = 0.2  # [rad] of axes 1 to 3 between two shoulders or elbows: no correction turns them that far
@@ -186,7 +186,7 @@ def deviations_of(
 
     Args:
         ran, owners: events of the written program and their original events, from ``run_again``.
-        watch: is told the step and the share done so far; step: as of ``told_of``.
+        watch: is told the step and the share done so far; step: as of ``reporting_progress``.
 
     Raises:
         PostprocError: as ``drive``.
@@ -195,7 +195,7 @@ def deviations_of(
     for curves in dict.fromkeys((motion.wanted, motion.samples)):
         before = measure_deviation(model, curves, [Driven(motion, np.arange(len(motion.moves)))])
         driven = drive(model, plan, ran, owners)
-        watched = told_of(driven, lambda part: len(part.owner) / len(motion.moves), watch, step)
+        watched = reporting_progress(driven, lambda part: len(part.owner) / len(motion.moves), watch, step)
         pairs.append((before, measure_deviation(model, curves, watched)))
     return pairs
 

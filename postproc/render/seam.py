@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from postproc.arrays import Array, whole_turns
+from postproc.arrays import Array, full_turns
 from postproc.compensation.text.values import TargetValue
 from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.rapid.data.events import MotionEvent
@@ -248,7 +248,7 @@ def seam_configuration(robot: Robot, T_base_flange: Array) -> NDArray[np.int64] 
         except PostprocError:  # this branch ends on the way
             continue
         # Axes 1, 4 and 6 by whole turns so that the path lies nearest to mid-range.
-        q[:, TURNING] += whole_turns((q.min(axis=0) + q.max(axis=0)) / 2, near=middle)[TURNING]
+        q[:, TURNING] += full_turns((q.min(axis=0) + q.max(axis=0)) / 2, near=middle)[TURNING]
         limits = np.minimum(q - robot.lower, robot.upper - q).min()
         room = float(min(limits, np.abs(np.sin(q[:, 4])).min()))
         if room > 0.0:
@@ -264,7 +264,7 @@ def unreachable(robot: Robot, T_base_flange: Array) -> NDArray[np.int64]:
     """Indices of flange poses (n, 4, 4) that the arm cannot take within its limits in any configuration."""
     q = inverse(robot, T_base_flange)
     turned = q.copy()
-    turned[..., TURNING] += whole_turns(q, near=(robot.lower + robot.upper) / 2)[..., TURNING]
+    turned[..., TURNING] += full_turns(q, near=(robot.lower + robot.upper) / 2)[..., TURNING]
     inside = np.all((turned >= robot.lower) & (turned <= robot.upper), axis=-1)
     return np.flatnonzero(~np.any(inside, axis=1))
 

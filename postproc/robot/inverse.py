@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from postproc.arrays import Array, blocks, whole_turns
+from postproc.arrays import Array, blocks, full_turns
 from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.robot.arm import Robot
 from postproc.robot.closed_form import inverse
@@ -186,7 +186,7 @@ def _turned(q: Array, cf: NDArray[np.int64]) -> tuple[Array, Array]:
 def _near_quadrants(q: Array, cf: NDArray[np.int64]) -> tuple[Array, Array]:
     """Move axes 1, 4 and 6 by whole turns to their quadrants; arguments and result are those of `_turned`."""
     middle = (cf + 0.5) * QUARTER
-    turning = q[..., TURNING] + whole_turns(q[..., TURNING], near=middle)
+    turning = q[..., TURNING] + full_turns(q[..., TURNING], near=middle)
     gap = np.maximum(np.abs(turning - middle) - QUARTER / 2, 0.0).max(axis=-1)
     result = q.copy()
     result[..., TURNING] = turning
@@ -205,7 +205,7 @@ def _divided_wrist(q: Array, cf: NDArray[np.int64]) -> Array:
     q4 = np.broadcast_to(np.clip(0.0, low, high), total.shape)
     middle = (cf[..., 2] + 0.5) * QUARTER
     q6 = forth * (total - q4)
-    q6 = q6 + whole_turns(q6, near=middle)
+    q6 = q6 + full_turns(q6, near=middle)
     inside = np.clip(q6, middle - QUARTER / 2, middle + QUARTER / 2 - TAUGHT_WRIST)
     q4 = np.clip(q4 + forth * (q6 - inside), low, high)
     result = q.copy()

@@ -8,12 +8,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 from postproc.batch.document import batch_document
 from postproc.cli.convert.batch_lines import result_line
-from postproc.diagnostics import PostprocError
 from postproc.report.terminal import render_text
 from postproc.settings import Settings
 from postproc.tasks.discover import discover
@@ -135,17 +132,6 @@ def test_a_module_that_lacks_data_is_told_which_file_beside_it_declares_them(wor
         assert next(f.help for f in findings if f.code == "RAP020") == f"`{data}` declares it: add `--with {data}`"
 
 
-def test_targets_of_a_side_file_are_written_into_the_program(work: Work) -> None:
-    side = module("points", f"CONST robtarget pThere:={target(1250)};")
-    settings = replace(ROUGH, side_files=(write(work.root, {"points.mod": side}) / "points.mod",))
-    work.write(
-        {"a.mod": module("A", TOOL, f"MoveJ {target(1200)},v500,fine,tTorch;", "MoveL pThere,v100,fine,tTorch;")}
-    )
-    made = work.convert(settings)
-    assert made.statuses == {"a.mod": "compensated"} and made.codes("a.mod") == []
-    assert "MoveL Offs(pThere," in (work.out / "a.mod").read_text()
-
-
 def test_a_task_of_which_nothing_could_be_measured_has_no_figures(work: Work) -> None:
     work.write({"One.mod": re.sub(r"(?m)^\s*Move[LC].*\n", "", program("One"))})
     batch = work.convert().batch
@@ -218,26 +204,3 @@ def test_mistakes_in_a_jobs_file_are_named(tmp_path: Path, job: str, place: str)
     (finding,) = refused(work.plan)
     assert (finding.code, finding.place) == ("BAT009", f"{work.source}:{place}")
     assert tree(tmp_path) == before
-
-
-@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(
-    text=st.text(st.sampled_from('[]job="\n./*folder files\x00é0:,-#{}'), max_size=80),
-    name=st.sampled_from(["sys", "moc", "jobs", "pgf"]),
-)
-def test_any_text_around_programs_is_read_or_refused(tmp_path: Path, text: str, name: str) -> None:
-    data = text.encode("utf-8", "replace")
-    write(
-        tmp_path,
-        {"RAPID/TASK1/PROGMOD/a.mod": module("a"), "P/b.mod": module("b"), "BACKINFO/backinfo.txt": build.BACKINFO},
-    )
-    for file, config in (("SYS", build.SYS), ("MOC", build.MOC)):
-        after = data if name == file.lower() else b""
-        write(tmp_path, {f"SYSPAR/{file}.cfg": config[:60].encode() + after + config[60:].encode()})
-    write(tmp_path, {"P/P.pgf": LISTING(data.decode("latin-1")) if name == "pgf" else ""})
-    write(tmp_path, {"jobs.toml": b'[[job]]\nfolder = "P"\n' + (data if name == "jobs" else b"")})
-    assert discover(tmp_path)[0]
-    try:
-        assert work_in(tmp_path, "jobs.toml").plan().tasks
-    except PostprocError as error:
-        assert {d.code for d in error.diagnostics} <= {"BAT001", "BAT009"}

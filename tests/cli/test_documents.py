@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from tests.batch.build import write
 from tests.conftest import ROOT
 
 from .conftest import Call
@@ -46,14 +47,14 @@ ENDMODULE
 def described() -> list[tuple[set[str], dict[str, set[str]]]]:
     """Schemas and types by key, section by section; what all documents have comes first."""
     page = (ROOT / "docs" / "documents.md").read_text("utf-8")
-    found = []
+    sections = []
     for section in re.split(r"^## ", page, flags=re.MULTILINE):
         types: dict[str, set[str]] = {}
         for keys, words in ROW.findall(section):
             for key in re.findall(r"`(.+?)`", keys):
                 types.setdefault(key, set()).update(re.split(r", | or ", words))
-        found.append((set(re.findall(r"`postproc/([a-z-]+)/1`", section)), types))
-    return found
+        sections.append((set(re.findall(r"`postproc/([a-z-]+)/1`", section)), types))
+    return sections
 
 
 def leaves(value: Any, at: str = "") -> Iterator[tuple[str, Any]]:
@@ -76,78 +77,64 @@ def is_one_of(value: Any, types: set[str]) -> bool:
     return any(isinstance(value, TYPES[t]) and isinstance(value, bool) == (t == "yes/no") for t in types)
 
 
+COMMANDS = """
+inspect strange.mod
+compensate programs/broken.mod
+compensate programs/a.mod --run-time all
+diff programs/a.mod strange.mod
+diff strange.mod turned.mod
+diff old new
+batch programs -o out --report batch.html
+fit backlash.csv --robot irb4600_60_205 --effects BASE -o cell.toml
+fit far.csv --robot irb4600_60_205 --effects BASE -o far.toml
+compare cell.toml far.csv
+diagnose cell.toml backlash.csv
+diagnose cell.toml samples/measurements/simulated_step.csv
+add cell.toml backlash transmission_error nonlinear_compliance --data backlash.csv -o better.toml
+compensate samples/corner_arc.mod -m better.toml --already geometry,gravity --wobj-taught all
+plan cell.toml backlash.csv -n 3
+plan cell.toml backlash.csv -n 3 --between backlash,joint_offset
+runtime write -m better.toml -o ppModel.sys
+runtime check ppModel.sys -m better.toml
+runtime write -o bounded.sys --bound 0.5
+robots list
+robots show ur5
+robots show irb4600_60_205
+effects list
+effects show backlash
+effects check own.py
+fit nowhere.csv --robot ur5 --effects joint_offset
+"""
+"""For the samples, and for inputs that bring out what is rare."""
+
+
 @pytest.fixture
-def documents(call: Call, samples: Path, tmp_path: Path) -> list[dict[str, Any]]:
-    """What the commands print for the samples, and for inputs that bring out what is rare."""
-    programs, cell, better = tmp_path / "programs", tmp_path / "cell.toml", tmp_path / "better.toml"
-    programs.mkdir()
-    text = (samples / "paper_case.mod").read_text("latin-1")
-    (programs / "a.mod").write_text(text, "latin-1")
-    (programs / "broken.mod").write_text("MODULE broken\n  PROC main(\nENDMODULE\n", "latin-1")
-    (programs / "note.txt").write_text("copied")
-    strange = tmp_path / "strange.mod"
-    strange.write_text(PROGRAM)
-    (tmp_path / "turned.mod").write_text(PROGRAM.replace("[0,-1,0,0]", "[0,-1,0,1]").replace("v100,z10", "v50,z1"))
-    old, new = (tmp_path / name for name in ("old", "new"))
-    for folder, zone in ((old, "z10"), (new, "z1")):
-        folder.mkdir()
-        turned = (
-            PROGRAM
-            if folder is old
-            else PROGRAM.replace("[0,-1,0,0]", "[0,-1,0,1]")
-            .replace("v100,z10", "v50,z10")
-            .replace("  ENDPROC", "    Stop;\n  ENDPROC")
-        )
-        (folder / "a.mod").write_text(turned.replace("z10", zone).replace("[900,0,1200]", f"[900,0,120{zone[1:]}]"))
-        (folder / "MOC.cfg").write_text(zone)
-    table = samples / "measurements" / "simulated_backlash.csv"
-    step = samples / "measurements" / "simulated_step.csv"
-    lines = table.read_text("utf-8").splitlines(keepends=True)
+def documents(call: Call, samples: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
+    """What the commands print."""
+    monkeypatch.chdir(tmp_path)
+    Path("samples").symlink_to(samples)
+    turned = PROGRAM.replace("[0,-1,0,0]", "[0,-1,0,1]")
+    old, new = PROGRAM, turned.replace("v100,z10", "v50,z1").replace("  ENDPROC", "    Stop;\n  ENDPROC")
+    lines = (samples / "measurements" / "simulated_backlash.csv").read_text("utf-8").splitlines(keepends=True)
     cells = lines[40].split(",")
     cells[7] = f"{float(cells[7]) + 99:.4f}"  # x_mm
-    far = tmp_path / "far.csv"
-    far.write_text("".join([*lines[:40], ",".join(cells), *lines[41:]]), "utf-8")
-    own = tmp_path / "own.py"
     page = (ROOT / "docs" / "effects.md").read_text("utf-8")
-    own.write_text(page.partition("```python\n")[2].partition("```")[0], "utf-8")
-    runs: list[tuple[str | Path, ...]] = [
-        ("inspect", strange),
-        ("compensate", programs / "broken.mod"),
-        ("compensate", programs / "a.mod", "--run-time", "all"),
-        ("diff", programs / "a.mod", strange),
-        ("diff", strange, tmp_path / "turned.mod"),
-        ("diff", old, new),
-        ("batch", programs, "-o", tmp_path / "out", "--report", tmp_path / "batch.html"),
-        ("fit", table, "--robot", "irb4600_60_205", "--effects", BASE, "-o", cell),
-        ("fit", far, "--robot", "irb4600_60_205", "--effects", BASE, "-o", tmp_path / "far.toml"),
-        ("compare", cell, far),
-        ("diagnose", cell, table),
-        ("diagnose", cell, step),
-        ("add", cell, "backlash", "transmission_error", "nonlinear_compliance", "--data", table, "-o", better),
-        (
-            "compensate",
-            samples / "corner_arc.mod",
-            "-m",
-            better,
-            "--already",
-            "geometry,gravity",
-            "--wobj-taught",
-            "all",
-        ),
-        ("plan", cell, table, "-n", "3"),
-        ("plan", cell, table, "-n", "3", "--between", "backlash,joint_offset"),
-        ("runtime", "write", "-m", better, "-o", tmp_path / "ppModel.sys"),
-        ("runtime", "check", tmp_path / "ppModel.sys", "-m", better),
-        ("runtime", "write", "-o", tmp_path / "bounded.sys", "--bound", "0.5"),
-        ("robots", "list"),
-        ("robots", "show", "ur5"),
-        ("robots", "show", "irb4600_60_205"),
-        ("effects", "list"),
-        ("effects", "show", "backlash"),
-        ("effects", "check", own),
-        ("fit", "nowhere.csv", "--robot", "ur5", "--effects", "joint_offset"),
-    ]
-    return [json.loads(call(*run, "--json").out) for run in runs]
+    files: dict[str, str | bytes] = {
+        "programs/a.mod": (samples / "paper_case.mod").read_bytes(),
+        "programs/broken.mod": "MODULE broken\n  PROC main(\nENDMODULE\n",
+        "programs/note.txt": "copied",
+        "strange.mod": PROGRAM,
+        "turned.mod": turned.replace("v100,z10", "v50,z1"),
+        "old/a.mod": old,
+        "old/MOC.cfg": "old",
+        "new/MOC.cfg": "new",
+        "new/a.mod": new.replace("[900,0,1200]", "[900,0,1201]"),
+        "backlash.csv": "".join(lines),
+        "far.csv": "".join([*lines[:40], ",".join(cells), *lines[41:]]),
+        "own.py": page.partition("```python\n")[2].partition("```")[0].encode(),
+    }
+    write(tmp_path, files)
+    return [json.loads(call(*line.replace("BASE", BASE).split(), "--json").out) for line in COMMANDS.split("\n")[1:-1]]
 
 
 def test_documents_are_as_described(documents: list[dict[str, Any]]) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,9 +12,7 @@ from postproc.cli.app import build
 from postproc.cli.program_options import TaskOptions
 from postproc.settings import USER_OPTIONS, Settings, read_arm
 from postproc.settings_files import settings_at
-from tests.batch.test_tree import SYS, backup
-
-from .conftest import Call
+from tests.batch.build import write
 
 # Of each option: a line of a file and its value, words of the command line and their value.
 STATED: dict[str, tuple[str, object, str, object]] = {
@@ -48,10 +48,8 @@ STATED: dict[str, tuple[str, object, str, object]] = {
 def test_an_option_stands_in_the_nearest_file_and_the_command_line_wins(tmp_path: Path, name: str) -> None:
     """Paths start at the file that states them; an option that was not given leaves what the file states."""
     line, in_file, words, given = STATED[name]
-    below = tmp_path / "a" / "b"
-    below.mkdir(parents=True)
-    (tmp_path / "postproc.toml").write_text('robot = "ur3"\nscope = "all"\n')
-    (tmp_path / "a" / "postproc.toml").write_text(f"{line}\n")
+    files = {"postproc.toml": 'robot = "ur3"\nscope = "all"\n', "a/postproc.toml": f"{line}\n", "a/b/x": ""}
+    below = write(tmp_path, {**files}) / "a" / "b"
 
     def value(*more: str) -> object:
         _, bound, *_ = build().parse_args(["compensate", "p.mod", *more], print_error=False, exit_on_error=False)
@@ -68,37 +66,25 @@ def test_an_option_stands_in_the_nearest_file_and_the_command_line_wins(tmp_path
     assert value(*words.split()) == (pytest.approx(given) if isinstance(given, float) else given)
 
 
-def test_a_robot_file_stands_beside_the_settings(tmp_path: Path, samples: Path) -> None:
-    from postproc.robot.catalogue import ARMS
+def test_settings_are_searched_up_to_the_repository_or_home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    files = {"postproc.toml": 'robot = "ur5"\n', "home/a/x": "", "repo/.git/x": "", "repo/b/x": "", "open/c/x": ""}
+    write(tmp_path, {**files})
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
 
-    (tmp_path / "own.toml").write_bytes((ARMS / "irb4600_60_205.toml").read_bytes())
-    (tmp_path / "postproc.toml").write_text('robot = "own.toml"\n')
-    assert read_arm(settings_at(tmp_path), "p").robot.name == "irb4600_60_205"
+    def robots() -> list[str | None]:
+        return [settings_at(tmp_path / place).robot for place in ("open/c", "home/a", "repo/b")]
 
-
-def test_a_program_in_a_backup_is_for_the_arm_of_its_task(call_as_written: Call, tmp_path: Path) -> None:
-    root = backup(tmp_path / "in")
-    module = root / "RAPID" / "TASK1" / "PROGMOD" / "Seam.mod"
-    words = ("inspect", module, "--with", root / "RAPID/TASK1/SYSMOD/user.sys")
-    found = call_as_written(*words)
-    assert found.code == 0
-    assert found.err.startswith("arm `irb4600_60_205` (from the controller's configuration);")
-    other = call_as_written(*words, "--robot", "irb4600_60_205_seed")
-    assert "warning[BAT012]: the controller drives `irb4600_60_205` with this task" in other.err
-    (root / "SYSPAR/SYS.cfg").write_text(SYS.replace('"rob2" -MotionTask', '"rob3" -MotionTask'))
-    lost = call_as_written(*words)
-    assert lost.code == 2 and "error[KIN011]" in lost.err
-    backup(tmp_path / "in", base="-base_frame_coordinated TRACK1")
-    assert "error[BAT013]" in call_as_written(*words).err
+    assert robots() == ["ur5", None, None]
+    write(tmp_path, {"repo/postproc.toml": 'robot = "ur10"\n', "home/postproc.toml": 'robot = "ur3"\n'})
+    write(tmp_path, {"open/postproc.toml": 'robot = "ur16"\n'})
+    os.chmod(tmp_path / "open", 0o777)
+    assert robots() == ["ur5", "ur3", "ur10"], "anybody may have put a file into an open folder"
 
 
 def test_what_a_fit_knows_holds_for_the_arm_that_was_measured(samples: Path, tmp_path: Path) -> None:
-    fitted = tmp_path / "fitted.toml"
-    text = (samples / "models" / "hull_cell.toml").read_text(encoding="utf-8")
-    fitted.write_text(f"{text}\n[fit]\nnoise_mm = 0.05\n", encoding="utf-8")
-    own, other = (
-        read_arm(Settings(model=fitted, robot=name, another_arm=True), "p.mod")
-        for name in ("irb4600_60_205", "irb2600id_15_185")
-    )
-    assert own.fit and not other.fit
-    assert [e.key for e in own.effects] == [e.key for e in other.effects]
+    text = (samples / "models" / "hull_cell.toml").read_text("utf-8")
+    fitted = write(tmp_path, {"fitted.toml": f"{text}\n[fit]\nnoise_mm = 0.05\n".encode()}) / "fitted.toml"
+    settings = Settings(model=fitted, robot="irb4600_60_205", another_arm=True)
+    same, other = (read_arm(s, "p.mod") for s in (settings, replace(settings, robot="irb2600id_15_185")))
+    assert same.fit and not other.fit
+    assert [e.key for e in same.effects] == [e.key for e in other.effects]

@@ -77,7 +77,7 @@ def run(
         os._exit(1)
     pages = {o.task.name: os.path.relpath(output / o.page, report.parent) for o in batch.outcomes if o.page and report}
     document = batch_document(folder_or_jobs.name, batch, part, made=made_with(settings), pages=pages)
-    present(document, report, json=json, form=format, text=True, aside=True, root=ready.plan.root)
+    present(document, report, json=json, form=format, text=True, on_stderr=True, root=ready.plan.root)
     say(shown.time_line())
     if settings.model is None and folder_or_jobs.is_dir() and batch.counts["compensated"]:
         say(unknown_accuracy())

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from postproc.batch.values import MEASURED, TaskOutcome
-from postproc.cli.printing import MOST_SHOWN, print_aside, say
+from postproc.cli.printing import MOST_SHOWN, print_stderr, say
 from postproc.cli.progress import CLEAR, watching
 from postproc.diagnostics import Finding, Matter, PostprocError, one_line
 from postproc.grouping import grouped
@@ -66,7 +66,7 @@ class Reporter:
     def _say(self, text: str) -> None:
         """Print a line, over the line that shows the progress."""
         if self.watch is not None:
-            print_aside(CLEAR, end="")
+            print_stderr(CLEAR, end="")
         say(text)
 
     def time_line(self) -> str:

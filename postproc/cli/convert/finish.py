@@ -92,7 +92,7 @@ def show_result(
     from postproc.results.conversion import conversion_document
     from postproc.settings import made_with
 
-    present(conversion_document(name, result, made_with(settings)), report, aside=True)
+    present(conversion_document(name, result, made_with(settings)), report, on_stderr=True)
     if certificate is not None:
         from postproc.report.page import render_certificate
         from postproc.results.certificate import program_certificate

@@ -44,7 +44,7 @@ def run(
     form = "json" if json else format
     if form is not None or inspection.rows or not failed:
         document = inspection_document(Path(source.path).name, inspection, settings.document(arm.robot.name))
-        present(document, form=form, aside=not inspection.rows)
+        present(document, form=form, on_stderr=not inspection.rows)
     if any(d.matter is Matter.NO_MODULE for d in inspection.diagnostics):
         return BAD_INPUT
     return int(failed)

@@ -125,7 +125,7 @@ def write(
     failed = has_errors(result.diagnostics)
     if not failed:
         write_file(output, result.text)
-    present(written_document(str(output), model.robot.name, result), json=json, text=True, aside=True)
+    present(written_document(str(output), model.robot.name, result), json=json, text=True, on_stderr=True)
     return 1 if failed else 0
 
 
@@ -155,5 +155,5 @@ def check(
     source = read_source(module)
     with watching(f"running `{module}`"):
         (result,) = check_module(source, corrected_model(model, conditions).model, [(conditions, targets)])
-    present(check_document(module, model.robot.name, result), json=json, text=True, aside=True)
+    present(check_document(module, model.robot.name, result), json=json, text=True, on_stderr=True)
     return 1 if result.raised or not result.corrected or 1e3 * result.largest_m > tolerance else 0

@@ -46,7 +46,7 @@ def run(
         addition = add_effects(arm, measured, keys, arm_options.classes, noise=table.sigma, watch=watch)
     write_model(output, addition.model, like=model, silent=json)
     document = addition_document(short_names(model, *keys, *data), addition)
-    present(document, report, json=json, text=text, aside=output is None)
+    present(document, report, json=json, text=text, on_stderr=output is None)
     unnamed = addition.fit.unnamed  # of which no row is held out
     if not json and output is not None and (unnamed or addition.fit.held_out_rms < addition.before.held_out_rms):
         say_next("says whether more is missing", "diagnose", output, *data, *table.words(), *arm_options.words())

@@ -75,7 +75,7 @@ def run(
     _check_frames(fit, {cls.key for cls in classes})
     no_farther_than_nominal(fit)
     write_model(output, recorded_model(fit), silent=json)
-    present(fit_document(short_names(*data), fit), json=json, text=text, aside=output is None)
+    present(fit_document(short_names(*data), fit), json=json, text=text, on_stderr=output is None)
     if not json and output is not None:
         arm_options = ArmOptions(effects=tuple(Path(word) for word in words if word.endswith(".py")))
         say_next("says whether an effect is missing", "diagnose", output, *data, *table.words(), *arm_options.words())

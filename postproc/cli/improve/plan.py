@@ -69,7 +69,7 @@ def run(
         write(rapid, measuring_module(arm.robot, at.q, at.approach, labels, name, payload_kg=loads, extax=plan.extax))
     if output is not None or not json:
         write(output, text)
-    present(document, json=json, text=True, aside=True)
+    present(document, json=json, text=True, on_stderr=True)
     if output is not None and not json:
         what = "says what is missing, once x_mm, y_mm, z_mm and what else the first table has are filled in"
         say_next(what, "diagnose", model, *data, output, *table.words(), *arm_options.words())

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from postproc.arrays import Array, blocks, invert, whole_turns
+from postproc.arrays import Array, blocks, full_turns, invert
 from postproc.channels.state import State
 from postproc.model.arm import Model
 from postproc.model.chain import deflected_chain
@@ -181,7 +181,7 @@ def _nearest(model: Model, T_base_flange: Array, q: Array) -> Array:
     The nearest shoulder and elbow come first: near a straight wrist axes 4 and 6 turn far while the arm hardly moves.
     """
     solutions = inverse(model.robot, T_base_flange)
-    solutions = solutions + whole_turns(solutions, near=q[:, None])
+    solutions = solutions + full_turns(solutions, near=q[:, None])
     away = np.abs(solutions - q[:, None])
     arm = away[..., :3].max(axis=-1)
     nearest_arm = arm <= np.nanmin(np.append(arm, np.full((len(arm), 1), np.inf), axis=1), axis=1)[:, None] + SAME_ARM
