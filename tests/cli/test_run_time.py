@@ -11,7 +11,7 @@ import pytest
 from postproc.compensation.text.marks import MODULE_MARKER
 from tests.batch.build import AXES, module, target, tree, write
 from tests.cli.conftest import Call
-from tests.runtime.build import NO_AXES, move, program, target
+from tests.runtime.build import target
 from tests.runtime.loading import Loaded, statements_through
 
 FRAME = "[[0,0,0],[1,0,0,0]]"

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from postproc import text as text_of
+from postproc.channels.state import State
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.correction.curve import BEFORE_TARGET, FROM_START, commanded_curve
 from postproc.effects.base import Displacement, Effect, param
-from postproc.channels.state import State
 from postproc.rapid.data.pose import quat_mult
 from tests.build import arm, codes, convert, independent, target, written
 from tests.compensation.build import NO_FORCE, PROCESS, effect, findings, model, small

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from postproc.effects.base import Effect, Load, param
 from postproc.channels.state import State
+from postproc.effects.base import Effect, Load, param
 from postproc.effects.library.joints.backlash import Backlash
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model

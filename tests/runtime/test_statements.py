@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from postproc.diagnostics import Source
-from postproc.rapid.program.program import Program, read_program
+from postproc.rapid.program.program import read_program
 from postproc.rapid.syntax.spans import edited
 from postproc.runtime.programs.reach import run_time_edits
 from tests.worlds.parser import parse
