@@ -90,12 +90,12 @@ def test_of_equal_lines_the_last_counts_and_every_part_of_the_page_is_filled(tmp
 
 
 def test_a_rule_is_off_within_and_on_again_after() -> None:
-    from postproc.identification import forward
+    from postproc.identification import search
 
-    own = forward.predicts_better
+    own = search.predicts_better
     with rules.without("held_out+row"):
-        assert forward.predicts_better is not own and forward.predicts_better(None, None, 2.0)
-    assert forward.predicts_better is own
+        assert search.predicts_better is not own and search.predicts_better(None, None, 2.0)
+    assert search.predicts_better is own
     with pytest.raises(KeyError), rules.without("no such rule"):
         pass
 

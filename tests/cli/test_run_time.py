@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from postproc.compensation.text.marks import MODULE_MARKER
-from tests.batch.build import AXES, module, target, tree, write
+from tests.batch.build import AXES, module, tree, write
 from tests.cli.conftest import Call
 from tests.runtime.build import target
 from tests.runtime.loading import Loaded, statements_through

@@ -20,7 +20,8 @@ from postproc.results.certificate import arm_certificate
 from postproc.results.comparison import comparison_document, comparison_values
 from postproc.results.diagnosis import diagnosis_document, diagnosis_values
 from tests.identification.cells import hidden_found
-from tests.render.test_effect_file import square_of_warmth
+from tests.independent import arm as A
+from tests.independent.cells import Hidden
 from tests.report.build import (
     BACKLASH,
     STEP,
@@ -34,6 +35,16 @@ from tests.report.build import (
     sample,
     tables,
 )
+
+
+def square_of_warmth(g: np.random.Generator, arm: A.Arm) -> Hidden:
+    """The tool's holder bows with the square of how far it is from the temperature at which it was made."""
+
+    def world(s, p):
+        turn = arm.forward(s.q, np.eye(4)).flange[:, :3, :3]
+        return 2e-5 * (s.temperature[:, None] - 28.43) ** 2 * (turn @ [0.3, -0.8, 0.5])
+
+    return Hidden("square_of_warmth", "unknown", channels=("temperature",), world=world)
 
 
 def parameters(page: str) -> dict[str, float]:
@@ -103,8 +114,8 @@ def test_a_diagnosis_names_what_is_missing_in_words_and_units() -> None:
 
 def test_an_unknown_effect_shows_as_it_is_without_what_the_fit_took_on() -> None:
     found = diagnosed(STEP)
-    assert (found.suspects[0].channel, found.suspects[0].where) == ("q4", "joint 4")
-    at = points(suspect_chart(found.searched, found.suspects[0], found.floor))
+    assert (found.remaining[0].channel, found.remaining[0].where) == ("q4", "joint 4")
+    at = points(suspect_chart(found.searched, found.remaining[0], found.floor))
     # Flat on both sides of the step; the plain residual is a saw tooth, because the fit has taken part of it on.
     edges = np.unique(at[:, 0])[10:-10]
     split = max(edges, key=lambda x: abs(at[at[:, 0] < x, 1].mean() - at[at[:, 0] >= x, 1].mean()))
@@ -114,7 +125,7 @@ def test_an_unknown_effect_shows_as_it_is_without_what_the_fit_took_on() -> None
 
 def test_an_unknown_effect_of_the_tool_shows_along_the_way_that_it_goes() -> None:
     found = hidden_found(square_of_warmth, seed=411, poses=60)
-    [first] = (s for s in found.suspects if s.where == "tool")
+    [first] = (s for s in found.remaining if s.where == "tool")
     chart = suspect_chart(found.searched, first, found.floor)
     x, y = points(chart).T
     square = np.polynomial.Polynomial.fit(x, y, 2)
@@ -140,7 +151,7 @@ def test_the_page_of_a_long_table_shows_the_rows_that_were_searched(monkeypatch:
     monkeypatch.setattr("postproc.identification.refits.MOST_NUMBERS_SEARCHED", 3 * len(measured) // 2)
     found = diagnose(model, measured)
     assert len(found.searched.data) < 0.6 * len(found.final.data)
-    assert found.suspects[0].where == "joint 4"
+    assert found.remaining[0].where == "joint 4"
     page = render_page(diagnosis_document("cell.toml cell.csv", found))
     assert "joint 4: step near" in page
     # The error that an effect would leave is told from the rows on which its fall was measured.
