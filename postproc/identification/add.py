@@ -172,13 +172,12 @@ def _added(
         shares = [float(np.clip((top - s.fit.held_out_rms) / (top - floor), 0.0, 1.0)) for s in steps]
         steps = [replace(s, share=share) for s, share in zip(steps, shares, strict=True)]
     without: dict[str, FitFigures] = {}
-    for k, effect in enumerate(e for e in final.model.effects if not e.is_frame):
+    # Frames of sessions that nobody asked for say where the instrument stood.
+    placed = set() if Role.SESSION_FRAMES in [cls.role for cls in classes] else {Role.SESSION_FRAMES}
+    for k, effect in enumerate(e for e in final.model.effects if not e.is_frame and e.role not in placed):
         watch(f"without `{effect.key}`", (len(classes) + 2 + k) / total)
         fit = without_effects(final, [effect.key])
-        fit = settled(fit) if start is base else fit
-        # The frames of sessions that saw the arm from elsewhere come back by themselves.
-        if fit.model.effect(effect.key) is None:
-            without[effect.key] = FitFigures.of(fit)
+        without[effect.key] = FitFigures.of(settled(fit) if start is base else fit)
     return Addition(tuple(steps), without, floor)
 
 

@@ -102,6 +102,7 @@ robots show ur5
 robots show irb4600_60_205
 effects list
 effects show backlash
+effects show joint_compliance --model samples/models/irb4600_60_205.toml
 effects check own.py
 fit nowhere.csv --robot ur5 --effects joint_offset
 """

@@ -61,7 +61,7 @@ def backup(folder: Path) -> Path:
         text = WELDING.format(n=n, record=RECORD, axes=AXES).replace("\n", "\r\n")
         user = module("user(SYSMODULE)", "PERS num nShared:=1;")
         write(folder / f"RAPID/TASK{n}", {f"PROGMOD/Weld{n}.mod": text, "SYSMOD/user.sys": user})
-        data += f"  PERS targetdata Welds{n}{{40}}:=[{','.join([f'[{target(0)},0]'] * 40)}];\n"
+        data += f"  PERS targetdata Welds{n}{{40}}:=[{','.join([f'[{target(0, 0)},0]'] * 40)}];\n"
         data += (
             f'  PERS wobjdata wobjWeldLine{n}:=[FALSE,TRUE,"",{FRAME},{FRAME}];\n  PERS tooldata tWeld{n}:={tool};\n'
         )

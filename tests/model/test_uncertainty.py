@@ -9,7 +9,7 @@ import pytest
 
 from postproc.channels.state import State
 from postproc.cli.output import write_model
-from postproc.effects.base import Effect, param, structure
+from postproc.effects.library.curve import ChannelCurve
 from postproc.effects.library.frames.instrument_frame import InstrumentFrame
 from postproc.effects.library.joints.joint_error_map import JointErrorMap
 from postproc.effects.library.joints.joint_offset import JointOffset
@@ -155,22 +155,15 @@ def test_a_parameter_that_stands_at_null_counts_too(key):
         assert sigma == pytest.approx(expected, rel=1e-3, abs=1e-12), index
 
 
-class Jump(Effect, reads=("q",), drafted=True):
-    """Joint 1 jumps. Source: a draft."""
-
-    size_rad: float = param(unit="rad", low=-1.0, high=1.0, typical=1e-3)
-    edge_rad: float = structure(0.0, low=-0.1, high=0.2)
-
-    def displacement(self, state):
-        return np.outer(self.size_rad * (state.q[:, 0] > self.edge_rad), np.eye(6)[0])
+JUMP = ChannelCurve(place=("joint 1",), channels=("q1",), basis=("step",), numbers=(0.05,), gap=(0.3,), largest=(1.0,))
 
 
 def test_between_the_rows_beside_an_edge_a_prediction_is_off_by_half_of_the_step():
     """A turn of joint 1 moves a point by the angle times its distance from the axis, which stands upright."""
     nothing = Uncertainty((), np.zeros((0, 0)))
     q = np.array([[first, 0.3, -0.2, 0.4, 0.7, 0.0] for first in (-0.2, -0.05, 0.1, 0.3)])
-    covariance = position_covariance(ARM.with_effects(Jump(size_rad=2e-3)), State(q), nothing)
+    covariance = position_covariance(ARM.with_effects(JUMP.with_vector(np.array([2e-3]))), State(q), nothing)
     reach = np.linalg.norm(forward(ARM.robot, q)[:, :2, 3], axis=1)
     expected = np.array([0.0, 1e-3, 1e-3, 0.0]) * reach
     np.testing.assert_allclose(np.sqrt(np.trace(covariance, axis1=1, axis2=2)), expected, rtol=2e-3)
-    assert not position_covariance(ARM.with_effects(Jump()), State(q), nothing).any()
+    assert not position_covariance(ARM.with_effects(JUMP), State(q), nothing).any()
