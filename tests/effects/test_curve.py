@@ -246,7 +246,8 @@ TABLE = {
         ({"numbers": ["a", "b"]}, "EFF023", "`numbers` of `curve` is not a list of numbers"),
         ({"place": ["joint 7"]}, "EFF023", "`joint 7` is no place"),
         ({"channels": ["q2 * log(q1)"]}, "EFF023",
-         "`log(q1)` is no channel: `log` is no function: abs, lag, creep, play, before, rise, azimuth, seen_azimuth, lean"),
+         "`log(q1)` is no channel: `log` is no function: "
+         "abs, lag, creep, play, before, rise, azimuth, seen_azimuth, lean"),
         ({"basis": ["steep * line"]}, "EFF023", "`steep` is no function"),
         ({"basis": ["where step * line"]}, "EFF023", "`where step` is no function"),
         ({"largest": [0.0]}, "EFF024", "`largest` of `curve` is 0"),

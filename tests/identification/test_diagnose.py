@@ -54,7 +54,6 @@ ROOT = Path(__file__).resolve().parents[2]
         ("beside", 0),
         *(("outside", i) for i in (1, 4, 7, 12)),
         ("encoder", 0),
-        ("two joints", 0),
     ],
 )
 def test_sets_of_the_scorecard_are_answered_rightly(kind, index):

@@ -87,14 +87,20 @@ LAWS = {
     "growing with the root of picks": (np.sqrt(PICKS), {"picks": PICKS}),
     "wave with a period of 1.3": (np.sin(2 * np.pi * RAIL / 1.3 + 0.5), {"rail_m": RAIL}),
     "swaying with a period of 16": (np.sin(2 * np.pi * TIME / 1630 + 0.9), {"time": TIME}),
-    "q2 times a wave of rail, with a period of 3.3": (Q * np.cos(2 * np.pi * RAIL / 3.3 - 0.4), {"q2": Q, "rail": RAIL}),
+    "q2 times a wave of rail, with a period of 3.3": (
+        Q * np.cos(2 * np.pi * RAIL / 3.3 - 0.4), {"q2": Q, "rail": RAIL},
+    ),
     "dir5 only where q5 is between -1": (SIDE * ((Q > -0.3) & (Q < 0.9)), {"dir5": SIDE, "q5": Q, "temperature": WARM}),
     "dir5 only where q5 is not between -1": (SIDE * (np.abs(Q - 0.3) > 0.6), {"dir5": SIDE, "q5": Q}),
     "dir5 only where temperature is above 2": (SIDE * (WARM > 24), {"dir5": SIDE, "q5": Q, "temperature": WARM}),
-    "dir5 the other way where temperature is above 2": (SIDE * np.sign(WARM - 22.5), {"dir5": SIDE, "temperature": WARM}),
+    "dir5 the other way where temperature is above 2": (
+        SIDE * np.sign(WARM - 22.5), {"dir5": SIDE, "temperature": WARM},
+    ),
     "side of dir3 times size of load3": (SIDE * np.abs(LOAD), {"dir3": SIDE, "load3": LOAD}),
     "payload only where fixture is c": (PAYLOAD * (WORD == 2), {"payload": PAYLOAD, **FIXTURE}),
-    "payload only where rail_m is above 2.62 ± 0.38": (PAYLOAD * (STATION > 2.4), {"payload": PAYLOAD, "rail_m": STATION}),
+    "payload only where rail_m is above 2.62 ± 0.38": (
+        PAYLOAD * (STATION > 2.4), {"payload": PAYLOAD, "rail_m": STATION},
+    ),
     "whether it rose or fell since the row before": (
         np.sign(np.diff(WARM, prepend=WARM[0])), {"q1": np.linspace(-1, 1, N), "temperature": WARM, "time": TIME},
     ),
@@ -188,16 +194,16 @@ def test_a_curve_is_tried_where_it_makes_sense(column, where, sensible):
 
 PUSH = np.random.default_rng(6).normal(0, 500, (N, 7, 6))
 LEAN = PUSH[:, 0, 3:5] + 0.5 * np.stack([-PUSH[:, 0, 1], PUSH[:, 0, 0]], axis=1)
-SIZE = np.hypot(*LEAN.T)
+SIZE, SQUARED = np.hypot(*LEAN.T), LEAN * np.abs(LEAN)
 
 
 @pytest.mark.parametrize(
     ("text", "where", "values"),
     [
-        ("growing with the square of the overturning moment about y, to its side", "base", LEAN[:, 1] * np.abs(LEAN[:, 1])),
+        ("growing with the square of the overturning moment about y, to its side", "base", SQUARED[:, 1]),
         ("the overturning moment times one over air_bar", "base, as it leans", SIZE / (1 + RAIL)),
         ("the overturning moment about x and about y times ground wet", "base", LEAN * (WORD == 2)[:, None]),
-        ("growing with the square of the overturning moment about x and about y, to its side", "base", LEAN * np.abs(LEAN)),
+        ("growing with the square of the overturning moment about x and about y, to its side", "base", SQUARED),
     ],
 )  # fmt: skip
 def test_a_footing_follows_the_moment_about_its_own_place(text, where, values):

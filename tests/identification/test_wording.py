@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -136,49 +137,60 @@ def test_a_map_of_a_joint_is_told_by_its_size() -> None:
     assert re.fullmatch(r"1\d numbers, in the model file", parameter_rows(fit, "joint_error_map", 12)[0][1])
 
 
-def _missing(key: str, label: str = "", **told: Any) -> Candidate:
+def _missing(key: str, label: str = "", **fields: Any) -> Candidate:
     """An effect that a model lacks, as far as sentences tell of it."""
     effect = effect_library()[key].null()
-    return Candidate(key, effect, effect.amplitudes(), label, 9.0, 9.0, 1, 0.0, 9.0, 1e-9, **told)
+    return Candidate(key, effect, effect.amplitudes(), label, 9.0, 9.0, 1, 0.0, 9.0, 1e-9, **fields)
 
 
-def test_what_a_name_could_as_well_be_is_told_from_what_it_hides():
-    load = _missing("arm_load", "body 3", alike=("payload_error", "dress_pack"), unseen=("session",))
-    alone = _missing("backlash")
-    assert load.not_separable == ("payload_error", "dress_pack", "session")
-    model = SimpleNamespace(effect=lambda key: None)
-    fit = SimpleNamespace(held_out_rms=1e-4, observed=POSITIONS, model=model)
-    found = SimpleNamespace(
-        missing=[load, alone], verdict="missing", lacking=False, untold=False, base=fit, final=fit, floor=None
-    )
-    assert list(doubts(found)) == ["Beside `arm_load` this data would not show `session`."]
-    assert headline(found).split(". ")[0] == (
-        "The model lacks `arm_load` (body 3) or, as far as this data can tell, `payload_error` or `dress_pack`; "
-        "and `backlash`"
-    )
+def _found(verdict: str, missing: Sequence[Candidate] = (), **fields: Any) -> Any:
+    """A diagnosis, as far as sentences tell of it."""
+    state = SimpleNamespace(channels={}, approach=None, payload_mass=None)
+    model, data = SimpleNamespace(effect=lambda key: None), SimpleNamespace(state=state)
+    fit = SimpleNamespace(held_out_rms=1e-4, observed=POSITIONS, model=model, data=data)
+    usual = {
+        "exceeds_noise": False,
+        "untold": False,
+        "misleading": False,
+        "unnamed": None,
+        "remaining": (),
+        "floor": None,
+    }
+    fits = {name: fit for name in ("base", "final", "screened", "searched")}
+    return SimpleNamespace(**{**usual, **fits, "further": (), "verdict": verdict, "missing": list(missing), **fields})
+
+
+def _suspect(channel: str, where: str, pattern: str, share: float) -> Any:
+    return SimpleNamespace(channel=channel, where=where, pattern=pattern, share=share)
+
+
+@pytest.mark.parametrize(
+    ("rivals", "named", "doubt", "figure"),
+    [
+        (
+            ("payload_error", "dress_pack"),
+            "`arm_load` (body 3) or, as far as this data can tell, `payload_error` or `dress_pack`; and `backlash`",
+            "Beside `arm_load` this data would not show `session`.",
+            "arm_load or payload_error or dress_pack",
+        ),
+        (
+            ("payload_error", "dress_pack", "gear_step", "bearing_tilt"),
+            "`arm_load` (body 3) or, as far as this data can tell, one of 4 others; and `backlash`",
+            "As far as this data can tell, `arm_load` may be `payload_error`, `dress_pack`, `gear_step` or "
+            "`bearing_tilt` as well.",
+            "arm_load or others",
+        ),
+    ],
+)  # fmt: skip
+def test_what_a_name_could_as_well_be_is_told_from_what_it_hides(rivals, named, doubt, figure):
+    load = _missing("arm_load", "body 3", alike=rivals, unseen=("session",))
+    assert load.not_separable == (*rivals, "session")
+    found = _found("missing", [load, _missing("backlash")])
+    assert headline(found).split(". ")[0] == f"The model lacks {named}"
+    assert next(doubts(found)) == doubt
     told = {"effect": "arm_load", "not_separable_from": load.not_separable, "not_seen_beside": load.unseen}
-    (figure,) = verdict_figures({"verdict": "missing", "missing": [told]})
-    assert (figure.label, figure.text) == ("missing", "arm_load or payload_error or dress_pack")
-
-
-def test_many_rivals_stand_below_the_headline():
-    rivals = ("payload_error", "dress_pack", "backlash", "bearing_tilt")
-    map_ = _missing("joint_error_map", "joints 1, 2, 3, 4, 5 and 6, orders to 16", alike=rivals)
-    model = SimpleNamespace(effect=lambda key: None)
-    fit = SimpleNamespace(held_out_rms=1e-4, observed=POSITIONS, model=model)
-    found = SimpleNamespace(
-        missing=[map_, map_], verdict="missing", lacking=False, untold=False, base=fit, final=fit, floor=None
-    )
-    assert headline(found).startswith(
-        "The model lacks `joint_error_map` (all joints, orders to 16) or, as far as this data can tell, one of 4 others; and"
-    )
-    assert next(doubts(found)) == (
-        "As far as this data can tell, `joint_error_map` may be `payload_error`, `dress_pack`, `backlash` or "
-        "`bearing_tilt` as well."
-    )
-    told = {"effect": "joint_error_map", "not_separable_from": rivals, "not_seen_beside": []}
-    (figure,) = verdict_figures({"verdict": "missing", "missing": [told]})
-    assert (figure.label, figure.text) == ("missing", "joint_error_map or others")
+    (shown,) = verdict_figures({"verdict": "missing", "missing": [told]})
+    assert (shown.label, shown.text) == ("missing", figure)
 
 
 def test_channels_that_show_the_same_pattern_stand_in_one_line():
@@ -196,62 +208,24 @@ def test_a_users_own_effect_stands_in_the_ranking_however_little_it_does():
     assert [ranked[i].key for i in brief_ranking(ranked)] == ["backlash", "arm_load", "session", "gear_step"]
 
 
-@pytest.mark.parametrize(("unnamed", "said"), [(None, False), (0.9e-4, False), (1.1e-4, True)])
-def test_a_pattern_that_predicts_unseen_rows_worse_is_no_law_to_add(unnamed, said):
-    found = SimpleNamespace(unnamed=unnamed, searched=SimpleNamespace(held_out_rms=1e-4, observed=POSITIONS))
-    assert Diagnosis.misleading.fget(found) is said
-    suspect = SimpleNamespace(channel="q2", where="base", pattern="growing", share=0.9, drafts=("state.q[:, 1]",))
-    said_of = SimpleNamespace(
-        verdict="unknown",
-        lacking=False,
-        missing=[],
-        suspects=[suspect],
-        floor=None,
-        final=SimpleNamespace(held_out_rms=1e-4, observed=POSITIONS),
-        base=SimpleNamespace(
-            held_out_rms=1e-4,
-            observed=POSITIONS,
-            data=SimpleNamespace(state=SimpleNamespace(channels={}, approach=None, payload_mass=None)),
-        ),
-        beside=(),
-        untold=False,
-        misleading=said,
-    )
-    text = headline(said_of)
-    assert ("predicted worse" in text, "can be added" in text) == (said, not said)
-    suspect.share = 0.4
-    assert "Record `dir1` to `dir6` and `payload_kg` first" in headline(said_of)
-    said_of.base.data.state = SimpleNamespace(channels={}, approach=1, payload_mass=1)
-    assert "Record" not in headline(said_of)
+@pytest.mark.parametrize(("unnamed", "misleads"), [(None, False), (0.9e-4, False), (1.1e-4, True)])
+def test_a_pattern_that_predicts_unseen_rows_worse_is_no_law_to_add(unnamed, misleads):
+    fit = SimpleNamespace(held_out_rms=1e-4)
+    assert Diagnosis.misleading.fget(SimpleNamespace(unnamed=unnamed, searched=fit)) is misleads
+    text = headline(_found("unknown", remaining=[_suspect("q2", "base", "growing", 0.95)], misleading=misleads))
+    assert ("predicted worse" in text, "`postproc add` adds it" in text) == (misleads, not misleads)
+    weak = _found("unknown", remaining=[_suspect("q2", "base", "growing", 0.4)])
+    assert "Record `dir1` to `dir6` and `payload_kg` first" in headline(weak)
+    weak.base.data.state = SimpleNamespace(channels={}, approach=1, payload_mass=1)
+    assert "Record" not in headline(weak)
 
 
 def test_a_name_beside_what_remains_is_told_by_the_error_of_both():
-    """Beside a large law that nobody knows it hardly lowers the error on its own, and is worth adding.
-
-    No figure of the pattern is called one of rows that the fit has not seen: its choice has seen them all.
-    """
-    line = _missing("transmission_error", "joint 1, order 5", held_out_after=4.91e-4)
-    suspect = SimpleNamespace(channel="operator", where="tool", pattern="step", share=0.9, drafts=("1.0",))
-    found = SimpleNamespace(
-        verdict="unknown",
-        lacking=False,
-        missing=[line],
-        suspects=[suspect],
-        floor=None,
-        final=SimpleNamespace(held_out_rms=4.91e-4),
-        base=SimpleNamespace(
-            held_out_rms=4.88e-4,
-            observed=POSITIONS,
-            data=SimpleNamespace(state=SimpleNamespace(channels={}, approach=None, payload_mass=None)),
-        ),
-        beside=(),
-        untold=False,
-        screened=SimpleNamespace(held_out_rms=4.88e-4),
-        unnamed=5.7e-5,
-        misleading=False,
-    )
+    """No figure of the pattern is called one of rows that the fit has not seen: its choice has seen them all."""
+    line = _missing("transmission_error", "joint 1, order 5", held_out_after=0.99e-4)
+    found = _found("unknown", [line], remaining=[_suspect("operator", "tool", "step", 0.9)], unnamed=5.7e-5)
     text = headline(found)
-    assert "With it, the error on rows the fit has not seen is 0.491 mm per axis, without 0.488;" in text
+    assert "With it, the error on rows the fit has not seen is 0.100 mm per axis, without 0.100;" in text
     assert "the pattern that remains brings it to 0.057 on the rows on which its form was chosen." in text
     assert "worth next to nothing" not in text
     found.verdict = "missing"
