@@ -22,6 +22,7 @@ from postproc.cli import hooks
 from postproc.cli.app import build
 from postproc.cli.run import run as run_command
 from postproc.effects.registry import BUILT_IN
+from postproc.effects.roles import Role
 from postproc.files import resource
 from tests.conftest import ROOT
 
@@ -225,5 +226,6 @@ def test_the_conda_environment_has_what_the_project_needs() -> None:
 def test_the_readme_counts_what_there_is() -> None:
     text = (ROOT / "README.md").read_text("utf-8")
     arms = {path.stem.removesuffix("_seed") for path in (ROOT / "postproc" / "robot" / "arms").glob("irb*.toml")}
-    assert f"which of {len(BUILT_IN)} physical effects" in text
+    named = [cls for cls in BUILT_IN if cls.role is not Role.CURVE]
+    assert f"which of {len(named)} physical effects" in text
     assert f"{len(arms)} ABB arms" in text

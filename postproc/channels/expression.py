@@ -54,8 +54,8 @@ TURNING = ("azimuth", "seen_azimuth", "lean")
 ORDERED = ("lag", "creep", "play", "before", "rise")
 """Functions that follow the rows in their order."""
 FUNCTIONS = ("abs", *ORDERED, *TURNING)
-_ATOM = re.compile(r"\s*(?:\"(?:[^\"\\]|\\.)*\"|[^\s(),\"]+)")
-_NUMBER = re.compile(r"\s*([-+]?\d+\.?\d*(?:[eE][-+]?\d+)?)\s*([^(),]*)")
+_ATOM = re.compile(r"\"(?:[^\"\\]|\\.)*\"|[^\s(),\"]+")
+_NUMBER = re.compile(r"([-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?)([^(),]*)")
 
 
 @dataclass(frozen=True)
@@ -209,6 +209,7 @@ def _sum(text: str, at: int) -> tuple[Channel, int]:
 
 def _item(text: str, at: int) -> tuple[Channel, int]:
     """Return the name or the function that begins at an index of a text, and the index behind it."""
+    at = _behind_spaces(text, at)
     atom = _ATOM.match(text, at)
     if atom is None:
         raise ValueError(f"a channel is expected behind `{text[:at].strip()}`" if at else "there is no name")
@@ -228,7 +229,7 @@ def _item(text: str, at: int) -> tuple[Channel, int]:
     if word in (*TURNING, "lag", "creep", "play"):
         if arguments and not text.startswith(",", at):
             raise ValueError(f"`{word}` needs a number behind a comma, as in `lag(temperature, 2640 s)`")
-        found = _NUMBER.match(text, at + bool(arguments))
+        found = _NUMBER.match(text, _behind_spaces(text, at + bool(arguments)))
         unit = "" if found is None else found[2].strip()
         if found is None or unit not in UNITS:
             raise ValueError(f"`{word}` needs a number with its unit: {', '.join(filter(None, UNITS))}")
@@ -242,9 +243,14 @@ def _item(text: str, at: int) -> tuple[Channel, int]:
     return Channel(word, arguments, number, unit), at + 1
 
 
+def _behind_spaces(text: str, at: int) -> int:
+    """Return the index of the first character from an index on that is no space."""
+    return len(text) - len(text[at:].lstrip())
+
+
 def _is_number(word: str) -> bool:
     """Return whether a name is a number: a channel that is the same in every state."""
-    return re.fullmatch(r"\d+\.?\d*", word) is not None
+    return re.fullmatch(r"\d+(?:\.\d*)?", word) is not None
 
 
 def _recorded(c: Channel, state: State, site: Site) -> Array | None:

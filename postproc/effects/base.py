@@ -12,7 +12,7 @@ An effect is a frozen value: its fields are its present parameters, a fit return
             dq[:, 1] = self.step_rad * (state.q[:, 1] > 0.4)
             return dq
 
-`asking.displacement_of` and `load_of` are how the rest of the package asks: they fill in what an effect leaves out.
+`asking` is how the rest of the package asks: it fills in what an effect leaves out.
 """
 
 from __future__ import annotations
@@ -76,15 +76,13 @@ class Effect:
 
     Class keywords:
         reads: channels of the state it needs: q, v, a, approach, temperature, time, payload, wrench, session, a column
-            of the measurement table by its name, one derived from the order of rows (`channels.expression`,
-            ``lag(temperature, 2640 s)``); or what the model fills in: load, pose (of the bodies), robot.
+            by its name, one derived from it (`channels.expression`); or filled in by the model: load, pose, robot.
         linear: loads and displacement are linear in all amplitudes.
         key: canonical name; the class name in lower case with underscores where none is given.
         confused_with: key of another effect to the measurement that tells the two apart.
         about_data: a finding about the measurements, not a property of the arm.
         beside: key of the effect that goes before this one: a diagnosis that misses both names that one first.
-        unlikely: 2 log of the prior odds against it: of two that explain data equally well the other one is named;
-            infinite where a diagnosis does not name it at all.
+        unlikely: 2 log of the prior odds against it; infinite where a diagnosis does not name it at all.
         role: what it is to the rest of the package (`Role`), where that is more than one effect among others.
 
     What is not given is taken from the class it derives from.
@@ -393,7 +391,7 @@ def by_joint(effect: Effect) -> tuple[Variant, ...]:
 
 def _plain(value: Any) -> Any:
     """Return an array or a tuple as a list, any other value as it is."""
-    return value.tolist() if isinstance(value, np.ndarray) else list(value) if isinstance(value, tuple) else value
+    return np.asarray(value).tolist() if isinstance(value, (np.ndarray, tuple)) else value
 
 
 def _declared(cls: type[Effect], kind: type[T]) -> dict[str, T]:
