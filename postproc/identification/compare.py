@@ -18,7 +18,7 @@ from postproc.measure.observations import Observation
 from postproc.model.arm import Model
 
 FEWEST, MOST, IN_EACH = 12, 48, 30
-"""Bins of a channel, and the rows wanted in each: long records show finer patterns."""
+"""Bins of a channel, and the rows wanted in each: long records show finer curves."""
 CELLS = 200
 """So many values a channel has: what is nearer is one (levels of a grid, a thermometer's steps) and never parted."""
 

@@ -121,7 +121,7 @@ class Diagnosis:
 
     @cached_property
     def unnamed(self) -> float | None:
-        """Rms [m], [rad] of the searched rows with the suspected patterns, their numbers held out; None without any.
+        """Rms [m], [rad] of the searched rows with the suspected curves, their numbers held out; None without any.
 
         Their form was chosen on all these rows: new rows are predicted no better, and often worse.
         """
@@ -140,7 +140,7 @@ class Diagnosis:
 
     @property
     def misleading(self) -> bool:
-        """Whether held-out rows are predicted worse with the suspected patterns than without them."""
+        """Whether held-out rows are predicted worse with the suspected curves than without them."""
         return self.unnamed is not None and self.unnamed > self.searched.held_out_rms
 
 

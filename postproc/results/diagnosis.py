@@ -232,7 +232,7 @@ def _ladder(d: Diagnosis, values: Values, steps: Any) -> Section:
 
     Args:
         values: the document. steps: returns ``steps_data``, from which the page draws; beside the bars stand the
-            effects' curves, or the strongest pattern.
+            effects' curves, or the strongest curve.
     """
     kind, floor = d.base.observed, values[d.base.observed.key("floor")]
     rungs = [Bar(BASE_LABEL, 1e3 * d.base.held_out_rms)]
@@ -249,7 +249,7 @@ def _ladder(d: Diagnosis, values: Values, steps: Any) -> Section:
     distances = Chart(lambda: [distance_chart(d.final, floor, held_out=True)])
 
     def without_laws() -> list[str]:
-        """Return the chart of the strongest pattern, if no effect's curve can be drawn in its place."""
+        """Return the chart of the strongest curve, if no effect's curve can be drawn in its place."""
         laws = any(step["laws"] for step in steps()["steps"])
         return [] if laws else [suspect_chart(d.searched, s, d.floor) for s in d.remaining[:1]]
 
@@ -279,7 +279,7 @@ def _missing_section(d: Diagnosis) -> Section:
 
 
 def suspect_table(suspects: Sequence[Any]) -> DataTable:
-    """Return a table with a row for each pattern at a place, and all channels that show it.
+    """Return a table with a row for each curve at a place, and all channels that show it.
 
     Args:
         suspects: values with ``where``, ``pattern``, ``share`` and ``channel``.

@@ -18,9 +18,9 @@ MOST_RIVALS_NAMED = 3
 REPEATED = 10
 """Poses that tell the noise to a sixth when they are measured three times each."""
 NO_LAW_SHARE = 0.2
-"""Share below which patterns are no law: what is left follows something else."""
+"""Share below which curves are no law: what is left follows something else."""
 NEARLY_ALL = 0.9
-"""Share of what stands above the noise that the law of a pattern explains."""
+"""Share of what stands above the noise that the law of a curve explains."""
 LITTLE = 0.02
 """Share of the error by which a significant effect lowers it, and no user will notice."""
 
@@ -78,14 +78,14 @@ def _named_together(d: Diagnosis) -> str:
 
 
 def _fall(d: Diagnosis) -> str:
-    """Say how far the error falls with what is missing, what the pattern that remains adds, and what the noise is."""
+    """Say how far the error falls with what is missing, what the curve that remains adds, and what the noise is."""
     unnamed = d.unnamed if d.verdict == "unknown" and not d.misleading else None
     first, last = f"{1e3 * d.base.held_out_rms:.3f}", f"{1e3 * d.final.held_out_rms:.3f} {_unit(d)}"
     fell = f"With {'them' if len(d.missing) > 1 else 'it'}, the error on rows the fit has not seen "
     if unnamed is None:
         fell += f"falls from {first} to {last}"
     else:
-        fell += f"is {last}, without {first}; the pattern that remains brings it to {1e3 * unnamed:.3f} on the rows on "
+        fell += f"is {last}, without {first}; the curve that remains brings it to {1e3 * unnamed:.3f} on the rows on "
         fell += "which its form was chosen"
     little = joined([f"`{key}`" for key in of_little_worth(d)])
     worth = f" Significant, but worth next to nothing: {little}." if little else ""
@@ -93,12 +93,12 @@ def _fall(d: Diagnosis) -> str:
 
 
 def _remaining(d: Diagnosis, s: Suspect) -> str:
-    """Say what the strongest pattern without a name follows, and what to do about it."""
+    """Say what the strongest curve without a name follows, and what to do about it."""
     same = [x.channel for x in d.remaining if (x.where, x.pattern, x.share) == (s.where, s.pattern, s.share)]
     channels = joined(sorted(same, key=lambda name: name not in d.base.data.state.channels))
     at = ("" if s.where.startswith(("joint", "body")) else "the ") + s.where + ("," if "," in s.where else "")
     if s.share + sum(other.share for other in d.further) < NO_LAW_SHARE:
-        strongest = f"the strongest pattern, at {at} along {channels} ({s.pattern})"
+        strongest = f"the strongest curve, at {at} along {channels} ({s.pattern})"
         share = f"{100 * s.share:.0f} %" if s.share >= 0.005 else "less than 1 %"
         return f"More is left than noise; {strongest}, explains {share} of it."
     extent = ""  # how far the pattern turns a joint between its extreme rows
@@ -111,7 +111,7 @@ def _remaining(d: Diagnosis, s: Suspect) -> str:
     advice = "`postproc add` adds it as a `curve`."
     if lacking := to_record(d):
         columns = joined([f"`{name}`" for name in lacking])
-        advice = f"Record {columns} first: the pattern may stand for what that would tell."
+        advice = f"Record {columns} first: the curve may stand for what that would tell."
     elif d.misleading:
         advice = (
             "Rows the fit has not seen are predicted worse with it: look there, and measure more before you add it."
@@ -128,7 +128,7 @@ def _would_tell(d: Diagnosis) -> str:
 
 
 def to_record(d: Diagnosis) -> list[str]:
-    """Return columns that the table lacks and should have, if patterns explain below 90 % of what is above the noise.
+    """Return columns that the table lacks and should have, if curves explain below 90 % of what is above the noise.
 
     The approach side of a joint and the payload move every arm. Where they are not recorded, their influence looks like
     a function of other columns, which explains some of it.

@@ -226,7 +226,7 @@ def test_a_name_beside_what_remains_is_told_by_the_error_of_both():
     found = _found("unknown", [line], remaining=[_suspect("operator", "tool", "step", 0.9)], unnamed=5.7e-5)
     text = headline(found)
     assert "With it, the error on rows the fit has not seen is 0.100 mm per axis, without 0.100;" in text
-    assert "the pattern that remains brings it to 0.057 on the rows on which its form was chosen." in text
+    assert "the curve that remains brings it to 0.057 on the rows on which its form was chosen." in text
     assert "worth next to nothing" not in text
     found.verdict = "missing"
     assert of_little_worth(found) == ["transmission_error"]

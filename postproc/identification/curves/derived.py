@@ -48,7 +48,7 @@ FELT = {
 
 
 def pulls(state: State, site: Site) -> Iterator[Block]:
-    """Yield patterns of each component, along the tool's axes, of gravity, acceleration, weight and process force.
+    """Yield curves of each component, along the tool's axes, of gravity, acceleration, weight and process force.
 
     A tool that is not held firmly moves with them. Components that do not vary are left out, and so is the weight of a
     payload that does not vary, which is that of gravity.
@@ -71,7 +71,7 @@ def pulls(state: State, site: Site) -> Iterator[Block]:
 
 
 def overturning(state: State, others: Iterable[Signal] = ()) -> tuple[list[Block], list[CurveForm]]:
-    """Return patterns, with one size and with several, of the moment with which the arm leans on its footing.
+    """Return curves, with one size and with several, of the moment with which the arm leans on its footing.
 
     They describe anchors that lift or rock and legs that stiffen; what is proportional to the moment is left to the
     effect `base_compliance`. The moment is taken about `WAYS` horizontal axes, about x and y with a size for each, and
@@ -138,7 +138,7 @@ WRIST = ("q5", "q6", "q4")
 
 
 def readings(state: State, site: Site, slow: Iterable[Signal] = ()) -> Iterator[Block]:
-    """Yield patterns of the instrument's readings and of the beam's direction in tool axes, and a constant error.
+    """Yield curves of the instrument's readings and of the beam's direction in tool axes, and a constant error.
 
     Args:
         state: with the poses of bodies filled in; site: where the measured point and the instrument are.
@@ -193,7 +193,7 @@ BEFORE = ("line", "level", "curve", "step")
 
 
 def memories(signals: Mapping[str, Signal], session: Array | None = None) -> Iterator[Block]:
-    """Yield blocks of patterns that depend on the row before: channel values there, their change, and what drags along.
+    """Yield blocks of curves that depend on the row before: channel values there, their change, and what drags along.
 
     A row in which no joint moved takes its values from the last row in which one did.
 
@@ -225,7 +225,7 @@ def memories(signals: Mapping[str, Signal], session: Array | None = None) -> Ite
 
 
 def lags(signals: Mapping[str, Signal]) -> Iterator[Block]:
-    """Yield patterns that follow a temperature or an own column of the table with a time lag; none without ``time``.
+    """Yield curves that follow a temperature or an own column of the table with a time lag; none without ``time``.
 
     Args:
         signals: of all channels, by name.
@@ -239,7 +239,7 @@ def lags(signals: Mapping[str, Signal]) -> Iterator[Block]:
 
 
 def creeps(signals: Mapping[str, Signal]) -> Iterator[Block]:
-    """Yield patterns that follow a joint's load late, from zero on; none without ``time``.
+    """Yield curves that follow a joint's load late, from zero on; none without ``time``.
 
     Args:
         signals: of all channels, by name.

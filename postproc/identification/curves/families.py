@@ -1,4 +1,4 @@
-"""Free patterns of channels, one by one, two together and as the tool feels them, without a physical name."""
+"""Free curves of channels, one by one, two together and as the tool feels them, without a physical name."""
 
 from __future__ import annotations
 
@@ -64,8 +64,8 @@ class CurveForms:
     """CurveForms that are tried, and what may switch one of them on.
 
     Args:
-        blocks: patterns with one size each; wide: those with several sizes.
-        gates: blocks of curves that may restrict another pattern to where they are on.
+        blocks: curves with one size each; wide: those with several sizes.
+        gates: blocks of curves that may restrict another curve to where they are on.
         slow: channels that do not come from the arm's state: time, temperature, payload and the table's own columns.
     """
 
@@ -76,7 +76,7 @@ class CurveForms:
 
     @cached_property
     def kinds(self) -> Mapping[str, int]:
-        """Number of patterns of each kind, by kind."""
+        """Number of curves of each kind, by kind."""
         counts = Counter[str](p.kind for p in self.wide)
         for some in self.blocks:
             counts[some.like.kind] += len(some)
@@ -89,7 +89,7 @@ class CurveForms:
 
     @cached_property
     def every(self) -> Group:
-        """All patterns with one size, sorted by the only place where they make sense, then by what they follow.
+        """All curves with one size, sorted by the only place where they make sense, then by what they follow.
 
         At one place those that follow the arm come first, then those that do not, last those of the table's own columns
         alone.
@@ -103,7 +103,7 @@ class CurveForms:
         return Group(sorted(self.blocks, key=order))
 
     def at(self, where: str) -> Iterator[tuple[slice, bool]]:
-        """Yield (slice of `every`, whether it makes sense at any place) for the patterns that make sense at a place."""
+        """Yield (slice of `every`, whether it makes sense at any place) for the curves that make sense at a place."""
         blocks, ends = self.every.blocks, self.every.ends
         for only, some in groupby(range(len(blocks)), key=lambda k: blocks[k].like.where):
             good = [k for k in some if only == where or self.sensible(blocks[k].like, where)]
@@ -111,24 +111,24 @@ class CurveForms:
                 yield slice(int(ends[good[0]]), int(ends[good[-1] + 1])), only is None
 
     def price(self, pattern: CurveForm) -> float:
-        """Return 2 log of the prior odds against a pattern at a place.
+        """Return 2 log of the prior odds against a curve at a place.
 
-        All patterns and places that are tried count, and `UNNAMED_LOG_PRIOR` for a pattern without a physical name.
+        All curves and places that are tried count, and `UNNAMED_LOG_PRIOR` for a curve without a physical name.
         """
         return 2 * float(np.log(odds(pattern, self.kinds))) + UNNAMED_LOG_PRIOR
 
     @cached_property
     def prices(self) -> Array:
-        """(P,) price of each pattern in `every`, 2 log of the prior odds against it."""
+        """(P,) price of each curve in `every`, 2 log of the prior odds against it."""
         return self.every.of_blocks(lambda b: self.price(b.like))
 
     @cached_property
     def lines(self) -> list[CurveForm]:
-        """The patterns that are proportional to a signal."""
+        """The curves that are proportional to a signal."""
         return [b[0] for b in self.blocks if b.like.kind == "line"]
 
     def sensible(self, pattern: CurveForm, where: str) -> bool:
-        """Return whether a pattern makes sense at a place, by name as in `suspects.places`.
+        """Return whether a curve makes sense at a place, by name as in `suspects.places`.
 
         CurveForms of the arm's channels do not at an instrument or frame, which feels no load, unless they are made for
         it.
@@ -147,7 +147,7 @@ class CurveForms:
 
     @cached_property
     def switches(self) -> tuple[Group, Single]:
-        """All switches, and their values (n, G): factors that let a pattern act only where a channel is in some range.
+        """All switches, and their values (n, G): factors that let a curve act only where a channel is in some range.
 
         Each of them is on in more than a few rows, and off in more than a few.
         """
@@ -160,9 +160,9 @@ class CurveForms:
         return group, group.values
 
     def grown(self, pattern: CurveForm) -> Iterator[tuple[Single, Group]]:
-        """Yield (values (n, G), G patterns): a pattern, or one of its two factors, times switches of other channels.
+        """Yield (values (n, G), G curves): a curve, or one of its two factors, times switches of other channels.
 
-        A pattern that may itself be a switch is also multiplied by what is proportional to another channel: a clamp
+        A curve that may itself be a switch is also multiplied by what is proportional to another channel: a clamp
         gives under a load.
         """
         switches, values = self.switches
@@ -188,15 +188,15 @@ class CurveForms:
 
 
 def _switched(one: CurveForm, switch: Block) -> Block:
-    """Return the products of a pattern with each switch of a block, which says where another channel lets it act."""
+    """Return the products of a curve with each switch of a block, which says where another channel lets it act."""
     numbers = np.hstack([np.tile(one.numbers, (len(switch), 1)), switch.numbers])
     return Block(replace(one, factors=one.factors + switch.like.factors, numbers=(), level=0), numbers)
 
 
 def _factors(pattern: CurveForm) -> Iterator[tuple[CurveForm, str]]:
-    """Yield (part of a pattern, channel that may switch that part).
+    """Yield (part of a curve, channel that may switch that part).
 
-    A pattern of one factor comes whole with "", for any channel but its own. Of a product of two, each factor comes
+    A curve of one factor comes whole with "", for any channel but its own. Of a product of two, each factor comes
     with the channel of the other one.
     """
     if len(pattern.factors) == 1:
@@ -208,11 +208,11 @@ def _factors(pattern: CurveForm) -> Iterator[tuple[CurveForm, str]]:
 
 
 def curve_forms(state: State, site: Site, seen: bool = True) -> CurveForms:
-    """Return all patterns to try on measured rows: of channels, of forces on tool and footing, and of the rows before.
+    """Return all curves to try on measured rows: of channels, of forces on tool and footing, and of the rows before.
 
     Args:
         state: of the rows, with poses and loads filled in; site: where the measured point and the instrument are.
-        seen: whether an instrument sees the point, so that patterns may follow its readings.
+        seen: whether an instrument sees the point, so that curves may follow its readings.
     """
     channels = recorded(state, site)
     signals = {name: channel_signal(name, values, state) for name, values in channels.items()}
@@ -332,7 +332,7 @@ def words(signals: Mapping[str, Signal]) -> dict[str, list[Signal]]:
 
 
 def of_words(column: Sequence[Signal]) -> Iterator[Block]:
-    """Yield for each word of a column the pattern that is 1 where the word stands; of two words only the first.
+    """Yield for each word of a column the curve that is 1 where the word stands; of two words only the first.
 
     Args:
         column: one signal per word (`words`).
@@ -344,7 +344,7 @@ def of_words(column: Sequence[Signal]) -> Iterator[Block]:
 
 
 def each_word(column: Sequence[Signal]) -> Iterator[CurveForm]:
-    """Yield one pattern with a shift for every word of a column of at least three; the shift of the first word is zero.
+    """Yield one curve with a shift for every word of a column of at least three; the shift of the first word is zero.
 
     Args:
         column: one signal per word (`words`).
@@ -355,7 +355,7 @@ def each_word(column: Sequence[Signal]) -> Iterator[CurveForm]:
 
 
 def each_level(signal: Signal) -> Iterator[CurveForm]:
-    """Yield one pattern with a shift for each value of a signal of 3 to `MOST_LEVELS` values, all of them repeated.
+    """Yield one curve with a shift for each value of a signal of 3 to `MOST_LEVELS` values, all of them repeated.
 
     The shift of the lowest value is zero.
     """

@@ -1,4 +1,4 @@
-"""A pattern: a product of curves of signals, with its sentence, its values and its text over a state."""
+"""A curve: a product of functions of signals, with its sentence, its values and its terms in the effect `curve`."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ class SignalFunction:
     Args:
         basis: name of the function (`effects.bases`), with a gate before it in a switch; sentence: its description, a
             template (`SignalFunction.words`).
-        kind: patterns of one kind are together as likely as those of any other, however many there are.
+        kind: curves of one kind are together as likely as those of any other, however many there are.
         numbers: the kind of each number that is searched: edge, knot, width (half of it), reach, order, phase, start or
             duty.
         fixed: numbers of the function before those.
         noun: its description as a factor of a product.
-        gate: in words, where it is on and where it is off, if it may restrict another pattern to there.
+        gate: in words, where it is on and where it is off, if it may restrict another curve to there.
         switch: the curve, and the side, of a curve that `switching` has made.
         derived: for a curve whose one number derives its channel: the function (`play`), the number's unit, and
             f(x, number) of the signal's values.
@@ -133,14 +133,14 @@ def span_of(signal: Signal, kind: str, numbers: Iterable[float]) -> Edge:
 
 @dataclass(frozen=True, eq=False)
 class CurveForm:
-    """A product of curves of signals, without a physical unit.
+    """A product of functions of signals, without a physical unit.
 
     Args:
-        factors: curves, each with its signal; numbers: of all curves, one after another.
+        factors: functions, each with its signal; numbers: of all of them, one after another.
         kind: for the prior odds; where: the only place at which it makes sense, None for all.
-        tries: by how many times the patterns of its kind are multiplied by a further search.
+        tries: by how many times the curves of its kind are multiplied by a further search.
         level: how often its numbers were refined.
-        parts: patterns side by side, each with a size of its own, instead of factors, such as a shift for each level.
+        parts: curves side by side, each with a size of its own, instead of factors, such as a shift for each level.
         sentence: description of these parts.
     """
 
@@ -166,7 +166,7 @@ class CurveForm:
 
     @cached_property
     def each(self) -> list[tuple[SignalFunction, Signal, tuple[float, ...]]]:
-        """Its factors as (curve, signal, numbers of that curve)."""
+        """Its factors as (function, signal, its numbers)."""
         numbers, factors = list(self.numbers), []
         for curve, signal in self.factors:
             taken, numbers = tuple(numbers[: len(curve.numbers)]), numbers[len(curve.numbers) :]
@@ -175,7 +175,7 @@ class CurveForm:
 
     @cached_property
     def raw(self) -> Array:
-        """(n,) product of its curves in every row, or (n, k) for k parts side by side; not normalized."""
+        """(n,) product of its functions in every row, or (n, k) for k parts side by side; not normalized."""
         if self.parts:
             return np.stack([p.raw for p in self.parts], axis=1)
         return np.asarray(reduce(mul, (c.law(s.values, *numbers) for c, s, numbers in self.each)), dtype=float)
@@ -204,14 +204,14 @@ class CurveForm:
 
     @property
     def text(self) -> str:
-        """Description of the pattern in words, without other patterns to widen its numbers."""
+        """Description of the curve in words, without other curves to widen its numbers."""
         return self.sentence_with()
 
     def sentence_with(self, alike: Sequence[CurveForm] = ()) -> str:
-        """Return the pattern in words, its numbers with the range that equally good patterns leave open.
+        """Return the curve in words, its numbers with the range that equally good curves leave open.
 
         Args:
-            alike: patterns that fit the data equally well; those with the same curves widen the ranges.
+            alike: curves that fit the data equally well; those with the same functions widen the ranges.
         """
         if self.sentence:
             return self.sentence
@@ -228,11 +228,11 @@ class CurveForm:
 
 
 SIDES = ("only", "except", "reversed")
-"""Gates (`effects.bases`) in which a switch multiplies a pattern."""
+"""Gates (`effects.bases`) in which a switch multiplies a curve."""
 
 
 def switching(curve: SignalFunction, side: int) -> SignalFunction:
-    """Return the curve that restricts a pattern by multiplication with one side of a gate, ``only where ..`` in words.
+    """Return the curve that restricts a curve by multiplication with one side of a gate, ``only where ..`` in words.
 
     Args:
         curve: a gate: 0, 1 or between over its signal.
@@ -249,10 +249,10 @@ FEW, FEW_SHARE = 6, 0.05
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """P patterns that differ only in their K numbers each; their values are computed at once.
+    """P curves that differ only in their K numbers each; their values are computed at once.
 
     Args:
-        like: the pattern, whatever its numbers; numbers: (P, K).
+        like: the curve, whatever its numbers; numbers: (P, K).
     """
 
     like: CurveForm
@@ -268,12 +268,12 @@ class Block:
         return map(self.__getitem__, range(len(self)))
 
     def with_(self, **changes: Any) -> Block:
-        """Return the block with some fields of its pattern (`CurveForm`) changed, such as ``kind`` or ``where``."""
+        """Return the block with some fields of its curve (`CurveForm`) changed, such as ``kind`` or ``where``."""
         return replace(self, like=replace(self.like, **changes))
 
     @property
     def raw(self) -> Array:
-        """(P, n) product of the curves of every pattern in every row, not normalized."""
+        """(P, n) product of the curves of every curve in every row, not normalized."""
         product: Any = np.float32(1.0)
         numbers = self.numbers.T[:, :, None]
         for curve, signal in self.like.factors:
@@ -289,10 +289,10 @@ def block(
     kind: str = "",
     where: str | None = None,
 ) -> Block:
-    """Return the patterns of one curve of one signal that differ in the curve's numbers.
+    """Return the curves of one curve of one signal that differ in the curve's numbers.
 
     Args:
-        numbers: one row of numbers for each pattern; a single pattern without numbers by default.
+        numbers: one row of numbers for each curve; a single curve without numbers by default.
         kind: for the prior odds, the curve's by default; where: the only place at which they make sense, None for all.
     """
     every = [tuple(some) for some in numbers]
@@ -301,7 +301,7 @@ def block(
 
 
 def product_of(first: Block, second: Block, kind: str, where: str | None = None) -> Block:
-    """Return the products of every pattern of one block with every one of another: len(first) * len(second) patterns.
+    """Return the products of every curve of one block with every one of another: len(first) * len(second) curves.
 
     Args:
         kind: for the prior odds; where: the only place at which they make sense, None for all.
@@ -312,7 +312,7 @@ def product_of(first: Block, second: Block, kind: str, where: str | None = None)
 
 
 class Group:
-    """The patterns of several blocks, one block after another."""
+    """The curves of several blocks, one block after another."""
 
     def __init__(self, blocks: Iterable[Block]) -> None:
         self.blocks = [b for b in blocks if len(b)]
@@ -330,7 +330,7 @@ class Group:
 
     @cached_property
     def values(self) -> Single:
-        """(n, P) values of all patterns, each divided by its largest absolute value, in single precision for speed."""
+        """(n, P) values of all curves, each divided by its largest absolute value, in single precision for speed."""
         rows = len(self.blocks[0].like.factors[0][1].values) if self.blocks else 0
         raw = np.empty((len(self), rows), dtype=np.float32)
         for some, first in zip(self.blocks, self.ends, strict=False):
@@ -339,12 +339,12 @@ class Group:
         return np.divide(raw, np.maximum(most, 1e-30), out=raw).T
 
     def of_blocks(self, measure: Callable[[Block], float]) -> Array:
-        """Return (P,) for every pattern the number that a function ``measure`` gives for its block."""
+        """Return (P,) for every curve the number that a function ``measure`` gives for its block."""
         return np.repeat([measure(b) for b in self.blocks], [len(b) for b in self.blocks])
 
 
 def side_by_side(some: Iterable[CurveForm], sentence: str, kind: str, where: str | None = None) -> CurveForm:
-    """Return one pattern whose parts each have a size of their own in a fit.
+    """Return one curve whose parts each have a size of their own in a fit.
 
     Args:
         some: the parts; sentence: what the whole is called in reports; kind: for the prior odds.
@@ -354,17 +354,17 @@ def side_by_side(some: Iterable[CurveForm], sentence: str, kind: str, where: str
 
 
 def times_form(moves: Array, values: Array) -> Array:
-    """Return the moves of a place multiplied by the values of a pattern, (n, r, m k).
+    """Return the moves of a place multiplied by the values of a curve, (n, r, m k).
 
     Args:
         moves: (n, r, m) derivative of the measured numbers by m moves of the place.
-        values: (n,), or (n, k) for a pattern of k parts.
+        values: (n,), or (n, k) for a curve of k parts.
     """
     return np.asarray((moves[..., None] * values.reshape(len(values), 1, 1, -1)).reshape(*moves.shape[:2], -1))
 
 
 def acting(some: Block) -> Block:
-    """Return the patterns of a block whose last factor, if a switch, is both on and off in more than a few rows.
+    """Return the curves of a block whose last factor, if a switch, is both on and off in more than a few rows.
 
     A few rows are `FEW`, or `FEW_SHARE` of all. Blocks without a switch come back as they are.
     """

@@ -36,7 +36,7 @@ THIRDS, QUARTERS, EIGHTHS = (np.pi / k * np.arange(k) for k in (3, 4, 8))
 DUTIES = (0.05, 0.08, 0.12, 0.16, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5)
 """Share of a period that a pulse takes; what is longer is a pulse the other way."""
 FINEST, MANY = 4, 8000
-"""How often a pattern is looked at closer; how many places of all its numbers together are asked at once."""
+"""How often a curve is looked at closer; how many places of all its numbers together are asked at once."""
 
 
 def fixed(
@@ -109,7 +109,7 @@ PULSE = SignalFunction("pulse", "pulses {each}{of}, one from {at} to {end}", "wa
 
 
 def line(signal: Signal, origin: float = 0.0) -> Block:
-    """Return the pattern that is proportional to the signal, counted from an origin in the signal's unit."""
+    """Return the curve that is proportional to the signal, counted from an origin in the signal's unit."""
     curve = LINE_OF if signal.of else LINE
     if origin:
         noun = f"{{label}}, counted from {shown(signal.unit, origin)},"
@@ -170,7 +170,7 @@ def breaks(signal: Signal) -> Iterator[Block]:
 
 
 def levels(signal: Signal) -> Iterator[Block]:
-    """Yield patterns that are 1 at one value of a signal of three or four values, and of four also those of pairs."""
+    """Yield curves that are 1 at one value of a signal of three or four values, and of four also those of pairs."""
     distinct = signal.distinct
     if 2 < len(distinct) <= 4:
         pairs = [distinct[[0, k]] for k in (1, 2, 3)] if len(distinct) == 4 else []
@@ -247,9 +247,9 @@ def knots(signal: Signal, most: int = KNOTS) -> list[float]:
 
 
 def sharper(pattern: CurveForm) -> Group:
-    """Return variants of a pattern: with numbers on a finer grid around its own, and with curves that resemble its own.
+    """Return variants of a curve: with numbers on a finer grid around its own, and with curves that resemble its own.
 
-    The grid is finer the higher the pattern's level; there are none at level `FINEST`, or for a pattern without
+    The grid is finer the higher the curve's level; there are none at level `FINEST`, or for a curve without
     numbers.
     """
     if pattern.level == FINEST or not pattern.numbers:

@@ -1,4 +1,4 @@
-"""Where on the arm patterns make sense, and how many places that are: what a pattern pays for."""
+"""Where on the arm curves make sense, and how many places that are: what a curve pays for."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from postproc.effects.places import FRAMES, LEANS, LOADED
 from postproc.identification.curves.form import CurveForm
 
 UNNAMED_LOG_PRIOR = 16.0
-"""2 log of the odds against a pattern without a name: it needs 3000 times the likelihood of a named effect."""
+"""2 log of the odds against a curve without a name: it needs 3000 times the likelihood of a named effect."""
 COUNT_OF_PLACES = 31
 """Joints, base, tool, instrument, what it reads, five bodies that turn or shift, and what carries a weight."""
 APART = frozenset([*FRAMES, *(f"instrument, {reading}" for reading in READINGS), *LOADED])
@@ -19,7 +19,7 @@ ROOMS = {None: COUNT_OF_PLACES, "weight": 3, "joint": 6, "instrument": 6, "base"
 
 
 CLOSER = 4.0
-"""As much less likely is a pattern for each number that was found closer by: neighbours are hardly different."""
+"""As much less likely is a curve for each number that was found closer by: neighbours are hardly different."""
 
 
 def off_everywhere(where: str) -> bool:
@@ -47,12 +47,12 @@ def sort_of_place(where: str) -> str:
 
 
 def odds(pattern: CurveForm, kinds: Mapping[str, int]) -> float:
-    """Return the prior odds against a pattern at a place: how many equally likely pairs of pattern and place there are.
+    """Return the prior odds against a curve at a place: how many equally likely pairs of curve and place there are.
 
-    Every kind of pattern is as likely, within a kind every pattern, and for a pattern every place where it makes sense.
+    Every kind of curve is as likely, within a kind every curve, and for a curve every place where it makes sense.
 
     Args:
-        kinds: number of patterns of each kind.
+        kinds: number of curves of each kind.
     """
     closer = CLOSER ** len(pattern.numbers) if pattern.level else 1.0
     return len(kinds) * kinds.get(pattern.kind, 1) * pattern.tries * closer * ROOMS.get(pattern.where, 1)

@@ -28,7 +28,7 @@ third of the rows than the same in all."""
 INDISTINCT = 4.0
 """Edges whose worth differs by no more are not told apart: 95 % of the chi-square distribution."""
 Kind = tuple[tuple[str, ...], str]
-"""Signals by their labels, and the kind of a pattern of them."""
+"""Signals by their labels, and the kind of a curve of them."""
 TOGETHER = 0.97
 """Rank correlation of two channels (Spearman 1904) from which on one stands for the other."""
 Made = Callable[[int], CurveForm]
@@ -36,12 +36,12 @@ Made = Callable[[int], CurveForm]
 
 @dataclass
 class CurveScreen:
-    """Every pattern at every place, beside the parameters of a fit; the best patterns are refined when asked for.
+    """Every curve at every place, beside the parameters of a fit; the best curves are refined when asked for.
 
     Args:
-        problem, linear: the fit; every: the patterns to try.
+        problem, linear: the fit; every: the curves to try.
         moves: (n, r, m) derivative by the moves of each place, by its name; prepared: each place, when it is needed.
-        tried: the best patterns at each place, with numbers of the coarse grid.
+        tried: the best curves at each place, with numbers of the coarse grid.
         last: the suspects as they were last asked for; least: log evidence from which on these are refined.
     """
 
@@ -60,10 +60,10 @@ class CurveScreen:
         self.tried = tuple(one for where in self.moves for one in self._screened(where, anywhere))
 
     def suspects(self, least: float = 0.0) -> list[Suspect]:
-        """Return the patterns that explain most of the residual, strongest first, once for each of their channels.
+        """Return the curves that explain most of the residual, strongest first, once for each of their channels.
 
         Args:
-            least: log evidence below which a pattern may come back with numbers of the coarse grid.
+            least: log evidence below which a curve may come back with numbers of the coarse grid.
         """
         if least < self.least:
             # Whatever is so near the best is sharpened in any case.
@@ -74,12 +74,12 @@ class CurveScreen:
         return self.last
 
     def _screened(self, where: str, anywhere: Array) -> Iterator[Suspect]:
-        """Yield the best `MOST` patterns with one size at a place, and all with several sizes that make sense there.
+        """Yield the best `MOST` curves with one size at a place, and all with several sizes that make sense there.
 
         Args:
             where: name of the place.
-            anywhere: (P,) the largest fall of the sum of squares by each pattern at any place so far, updated here. It
-                selects the patterns that are tried at arm bodies and at the tool that shifts and turns.
+            anywhere: (P,) the largest fall of the sum of squares by each curve at any place so far, updated here. It
+                selects the curves that are tried at arm bodies and at the tool that shifts and turns.
         """
         group = self.every.every
         for some, everywhere in self.every.at(where):
@@ -93,25 +93,25 @@ class CurveScreen:
             anywhere[use] = np.maximum(anywhere[use], falls)
 
             def made(k: int, use: NDArray[np.intp] = use) -> CurveForm:
-                """Return the k-th of the patterns tried here."""
+                """Return the k-th of the curves tried here."""
                 return group[int(use[k])]
 
             yield from self._ranked(where, falls, self.every.prices[use], made, MOST)
         yield from (self._tested(where, pattern) for pattern in self.every.wide if self.every.sensible(pattern, where))
 
     def _suspect(self, where: str, form: CurveForm, fall: float, worth: float) -> Suspect:
-        """Return the suspect of a pattern at a place, under the pattern's first channel.
+        """Return the suspect of a curve at a place, under the curve's first channel.
 
         Args:
-            where: name of the place; form: the pattern; fall: of the sum of squares; worth: log evidence.
+            where: name of the place; form: the curve; fall: of the sum of squares; worth: log evidence.
         """
         return Suspect(where, self.moves[where], form, fall, worth, self.every.price(form), form.channels[0])
 
     def _tested(self, where: str, form: CurveForm) -> Suspect:
-        """Return the suspect of one pattern at a place, with its fall of the sum of squares and its log evidence.
+        """Return the suspect of one curve at a place, with its fall of the sum of squares and its log evidence.
 
         Args:
-            where: name of the place; form: the pattern.
+            where: name of the place; form: the curve.
         """
         linear = self._seen(where).linear
         columns = self.problem.whiten(times_form(self.moves[where], form.values))
@@ -123,10 +123,10 @@ class CurveScreen:
         """Return the best suspect for each place and set of channels, strongest first, at most `MOST`.
 
         Their log evidence is limited to what it is without the row that gains most, so that one bad reading makes no
-        pattern.
+        curve.
 
         Args:
-            least: log evidence below which patterns are not refined.
+            least: log evidence below which curves are not refined.
         """
         once: dict[tuple[str, tuple[str, ...]], Suspect] = {}
         for one in sorted((*self.tried, *self._sharpened(least)), key=lambda s: -s.evidence):
@@ -141,13 +141,13 @@ class CurveScreen:
         return replace(one, evidence=min(one.evidence, less - one.price))
 
     def _ranked(self, where: str, falls: Array, price: Array, made: Made, top: int) -> list[Suspect]:
-        """Return suspects for the best of P patterns at a place, best first.
+        """Return suspects for the best of P curves at a place, best first.
 
         Args:
             where: name of the place; falls: (P,) of the sum of squares; price: (P,) 2 log of the prior odds against
                 each.
-            made: returns the k-th pattern.
-            top: how many suspects; a single one carries the patterns that fit equally well (`INDISTINCT`).
+            made: returns the k-th curve.
+            top: how many suspects; a single one carries the curves that fit equally well (`INDISTINCT`).
         """
         seen = self._seen(where)
         square = seen.linear.square
@@ -174,7 +174,7 @@ class CurveScreen:
     def _sharpened(self, required: float) -> list[Suspect]:
         """Return refined suspects: numbers on finer grids, and products with switches, where these may become the best.
 
-        First the best pattern of each kind is refined at the place where it explains most, then it is restricted by
+        First the best curve of each kind is refined at the place where it explains most, then it is restricted by
         switches of other channels, and what turns out best is tried at every place where it makes sense.
 
         Args:
@@ -196,7 +196,7 @@ class CurveScreen:
             switched = [self._refined(other, products) for other in products[:1]]
             if switched and switched[0].evidence > best.evidence:
                 best, refined = switched[0], [*refined, *products]
-        # A pattern is no more at home in what moves every direction in its own way.
+        # A curve is no more at home in what moves every direction in its own way.
         others = (where for where in self.moves if where != best.where and self.every.sensible(best.form, where))
         return [*refined, *(self._tested(where, best.form) for where in others)]
 
@@ -204,7 +204,7 @@ class CurveScreen:
         """Return the log evidence of a suspect if its fall of the sum of squares and its rivals were multiplied.
 
         Args:
-            times: factor on the fall; tries: factor on the number of patterns that were tried.
+            times: factor on the fall; tries: factor on the number of curves that were tried.
         """
         seen = self._seen(one.where)
         square = seen.linear.square
@@ -212,7 +212,7 @@ class CurveScreen:
         return worth - 2 * float(np.log(tries)) - self.every.price(one.form)
 
     def _refined(self, one: Suspect, refined: list[Suspect]) -> Suspect:
-        """Return the best suspect of all levels while the numbers of its pattern are refined level by level.
+        """Return the best suspect of all levels while the numbers of its curve are refined level by level.
 
         Args:
             refined: the best suspect of every level is appended to it.
@@ -226,7 +226,7 @@ class CurveScreen:
         return best
 
     def _switched(self, one: Suspect, least: float) -> list[Suspect]:
-        """Return, in a list, the best product of the pattern, or one of its factors, with another channel's switch.
+        """Return, in a list, the best product of the curve, or one of its factors, with another channel's switch.
 
         A switch is 1 where a curve of that channel is on, and 0 elsewhere. The product is charged for all switches that
         were tried.
@@ -256,7 +256,7 @@ class CurveScreen:
 
 
 def _kind(one: Suspect) -> Kind:
-    """Return the labels of a suspect's signals and its pattern's kind; of suspects alike in these, one is refined."""
+    """Return the labels of a suspect's signals and its curve's kind; of suspects alike in these, one is refined."""
     return tuple(s.label for s in one.form.signals), one.form.kind
 
 
@@ -264,7 +264,7 @@ def _together(first: Sequence[Suspect], every: CurveForms) -> list[Suspect]:
     """Return suspects again under each channel that varies along with their own (rank correlation over `TOGETHER`).
 
     Args:
-        first: the suspects; every: the patterns that were tried, whose lines hold the channels.
+        first: the suspects; every: the curves that were tried, whose lines hold the channels.
     """
     lines = {p.channels[0]: _ranks(p.values) for p in every.lines}
     return [

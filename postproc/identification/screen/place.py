@@ -1,4 +1,4 @@
-"""A place of the arm as the data sees it: what many patterns would take off the residual there."""
+"""A place of the arm as the data sees it: what many curves would take off the residual there."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def explained(gram: Array, along: Array, least: Array) -> Array:
 class Place:
     """A place as the data sees it once the fitted parameters are projected out.
 
-    A pattern has one value a pose, so that all products are summed over the numbers of a pose first.
+    A curve has one value a pose, so that all products are summed over the numbers of a pose first.
     """
 
     def __init__(self, linear: Linear, place: Array) -> None:
@@ -87,17 +87,17 @@ class Place:
         self.squared: Single = self.square.astype(np.float32)
         inside = linear.by_row(linear.nuisance, place).transpose(2, 1, 0)  # (m, k, n) with the fitted columns
         self.linear, self.residual = linear, linear.by_row(linear.projected_residual[:, None], place)[:, 0].T
-        # What a pattern is multiplied with, in single precision, which is twice as fast for many of them.
+        # What a curve is multiplied with, in single precision, which is twice as fast for many of them.
         self.straight: Single = np.vstack([*inside, self.residual]).astype(np.float32)
 
     def falls(self, values: Single) -> Array:
-        """Return (P,) falls of the sum of squares when the place moves by each of P patterns with sizes that fit best.
+        """Return (P,) falls of the sum of squares when the place moves by each of P curves with sizes that fit best.
 
-        It is b^T G^-1 b, G = C^T M C and b = C^T M y for the columns C of a pattern; M projects out the fitted
+        It is b^T G^-1 b, G = C^T M C and b = C^T M y for the columns C of a curve; M projects out the fitted
         parameters.
 
         Args:
-            values: (n, P) value of each pattern in every row.
+            values: (n, P) value of each curve in every row.
         """
         P, m = values.shape[1], self.count
         falls = np.zeros(P)

@@ -1,4 +1,4 @@
-"""What the remaining structure follows when no effect of the library explains it: patterns at places of the arm."""
+"""What the remaining structure follows when no effect of the library explains it: curves at places of the arm."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ MOST_REPORTED = 5
 
 @dataclass(frozen=True, eq=False)
 class Suspect:
-    """A place of the arm that moves with a pattern of channels.
+    """A place of the arm that moves with a curve of channels.
 
     Args:
         where: name of the place (`places`); place: (n, r, m) derivative of the prediction by its moves.
-        form: the pattern; equally_good: returns those that the data does not tell from it.
+        form: the curve; equally_good: returns those that the data does not tell from it.
         fall: of the whitened sum of squares; evidence: log evidence, less the price.
-        price: 2 log of the prior odds against it among all patterns, including those of having no name.
-        channel: under which it is reported; one that the pattern does not depend on varies along with one that it does.
+        price: 2 log of the prior odds against it among all curves, including those of having no name.
+        channel: under which it is reported; one that the curve does not depend on varies along with one that it does.
         share: of the whitened sum of squares above the noise that it explains.
     """
 
@@ -51,12 +51,12 @@ class Suspect:
 
     @property
     def key(self) -> str:
-        """What it is called in a search: its place, and the kind and the channels of its pattern."""
+        """What it is called in a search: its place, and the kind and the channels of its curve."""
         return " ".join((self.where, self.form.kind, *self.form.channels))
 
     @property
     def values(self) -> Array:
-        """(n,) value of the pattern in every row, or (n, k) for k parts with a size each."""
+        """(n,) value of the curve in every row, or (n, k) for k parts with a size each."""
         return self.form.values
 
     def effect(self, site: Site, sizes: Array | None = None) -> Effect:
@@ -92,12 +92,12 @@ class Suspect:
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """The channels of the pattern; only the suspect's own where that merely varies along with them."""
+        """The channels of the curve; only the suspect's own where that merely varies along with them."""
         return self.form.channels if self.channel in self.form.channels else (self.channel,)
 
     @cached_property
     def pattern(self) -> str:
-        """Description of the pattern for people, with a note where the channel merely varies along with its own."""
+        """Description of the curve for people, with a note where the channel merely varies along with its own."""
         sentence = self.form.sentence_with(tuple(self.equally_good())).rstrip(",")
         together = self.channel not in self.form.channels
         return f"{sentence}; {self.channel} goes with {self.form.channels[0]} here" if together else sentence
@@ -166,11 +166,11 @@ def places(problem: Problem, weighed: bool = True) -> dict[str, Array]:
 def by_channel(suspects: Sequence[Suspect], beside: Sequence[Suspect] = ()) -> list[Suspect]:
     """Return at most `MOST_REPORTED` suspects: the strongest of each channel, and others that were found.
 
-    First the strongest pattern, then those found beside it, its second channel, another place that it cannot be told
+    First the strongest curve, then those found beside it, its second channel, another place that it cannot be told
     from (or the joint on which a weight acts), then other channels that explain nearly the same.
 
     Args:
-        suspects: strongest first; beside: patterns found once the first was fitted.
+        suspects: strongest first; beside: curves found once the first was fitted.
     """
     if not suspects:
         return []
