@@ -48,6 +48,11 @@ def _below(x: Any, k: Any) -> Any:
     return np.maximum(k - x, 0.0)
 
 
+def _hat(x: Any, a: Any, b: Any, c: Any) -> Any:
+    """Return the linear B-spline with knots a < b < c: 1 at b, 0 at a and c and beyond."""
+    return np.clip(np.minimum((x - a) / np.maximum(b - a, 1e-12), (c - x) / np.maximum(c - b, 1e-12)), 0.0, 1.0)
+
+
 def _to_its_side(law: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
     """Return the law of |x|, with the sign of x."""
     return lambda x, k: law(np.abs(x), k) * np.sign(x)
@@ -84,13 +89,15 @@ BASES: dict[str, Basis] = {
         "[|{x} - {1}| < {0} or |{x} - {2}| < {0}]",
         ("value", "value", "value"),
     ),
+    # A linear spline is a sum of these, one at each inner knot (de Boor 1978).
+    "spline": Basis(_hat, "hat({x}; {0}, {1}, {2})", ("knot", "knot", "knot")),
     "levelling": Basis(lambda x, w: np.tanh(x / w), "tanh({x} / {0})", ("reach",)),
     # A curve is asked for states before the first that was measured, too.
     "settling": Basis(lambda x, s, t: np.exp(-(x - s) / t), "exp(-({x} - {0}) / {1})", ("value", "reach")),
     "logarithm": Basis(
         lambda x, s, t: np.log1p(np.maximum((x - s) / t, 0.0)), "log(1 + ({x} - {0}) / {1})", ("value", "reach")
     ),
-    "wave": Basis(cosine, "cos({0} {x} - {1})", ("order", "phase")),
+    "harmonic": Basis(cosine, "cos({0} {x} - {1})", ("order", "phase")),
     "folded": Basis(
         lambda x, k, s: np.abs(np.cos(0.5 * (k * x - 2 * np.pi * s))), "|cos({0} {x} / 2 - pi {1})|", _CYCLIC
     ),

@@ -54,10 +54,11 @@ LAWS = {
     "bump": ((0.3, 0.5), lambda x: np.exp(-2 * (x - 0.3) ** 2)),
     "level": ((0.1, 0.25), lambda x: np.array([1.0 if 0.15 < v < 0.35 else 0.0 for v in x])),
     "either_level": ((0.1, 0.25, -1.05), lambda x: np.isin(x, [0.3, -1.0]) * 1.0),
+    "spline": ((-1.0, 0.25, 2.0), lambda x: np.interp(x, [-1.0, 0.25, 2.0], [0.0, 1.0, 0.0])),
     "levelling": ((0.5,), lambda x: (np.exp(4 * x) - 1) / (np.exp(4 * x) + 1)),
     "settling": ((-1.0, 2.0), lambda x: np.exp(-0.5) * np.exp(-x / 2)),
     "logarithm": ((-1.0, 2.0), lambda x: np.array([np.log(1 + (v + 1) / 2) if v > -1 else 0.0 for v in x])),
-    "wave": ((3.0, 0.4), lambda x: np.cos(3 * x) * np.cos(0.4) + np.sin(3 * x) * np.sin(0.4)),
+    "harmonic": ((3.0, 0.4), lambda x: np.cos(3 * x) * np.cos(0.4) + np.sin(3 * x) * np.sin(0.4)),
     "folded": ((3.0, 0.1), lambda x: np.sqrt(0.5 + 0.5 * np.cos(3 * x - 0.2 * np.pi))),
     "halved": ((3.0, 0.1), lambda x: 0.5 * (np.cos(3 * x - 0.2 * np.pi) + np.abs(np.cos(3 * x - 0.2 * np.pi)))),
     "triangular": ((3.0, 0.1), lambda x: triangle(x, 3.0, 0.1)),
@@ -83,11 +84,11 @@ def test_a_gate_acts_on_one_side_or_turns_it_round(gate, of_g):
 
 def test_many_waves_at_once_are_exact_to_single_precision():
     orders, phases = np.arange(1.0, 129.0)[:, None], np.linspace(0, 3, 128)[:, None]
-    every = law_of("wave")(np.linspace(-6, 3, 500), orders, phases)
+    every = law_of("harmonic")(np.linspace(-6, 3, 500), orders, phases)
     assert_allclose(every, np.cos(orders * np.linspace(-6, 3, 500) - phases), atol=5e-7)
 
 
-def curve(place, channels="q2 * temperature", basis="wave * line", numbers=(2.0, 0.3, 20.0), largest=4.0, **sizes):
+def curve(place, channels="q2 * temperature", basis="harmonic * line", numbers=(2.0, 0.3, 20.0), largest=4.0, **sizes):
     return ChannelCurve(
         place=(place,), channels=(channels,), basis=(basis,), numbers=numbers, largest=(largest,),
         point_m=POINT, instrument_m_rad=PLACE, **sizes,

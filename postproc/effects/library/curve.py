@@ -72,7 +72,7 @@ class ChannelCurve(
     f_k that counts as one, and c_k the amplitudes along the axes of the place. Source: a diagnosis of measured rows
     (`postproc diagnose`); another table says what it is worth. Typical size: 0.1 mm or 0.1 mrad.
 
-    Channels of a product stand behind each other, ``temperature * q3``, and so do their functions, ``line * wave``;
+    Channels of a product stand behind each other, ``temperature * q3``, and so do their functions, ``line * harmonic``;
     ``numbers`` are those of all functions in their order, SI, and ``gap`` how far apart the measured values are between
     which an edge lies, 0 for other numbers. ``point_m`` is the measured point in the axes of the
     nominal tool, and ``instrument_m_rad`` the base as the instrument sees it, for channels that depend on these.

@@ -91,7 +91,7 @@ BUMP = SignalFunction(
 )
 LEVELLING = SignalFunction("levelling", "levelling off over {n0}{of}", "rise", ("reach",))
 WAVE = SignalFunction(
-    "wave",
+    "harmonic",
     "{verb} {each}{of}, with a crest near {at}",
     "wave",
     ("order", "phase"),
