@@ -90,7 +90,7 @@ FLOORS = {
         "modules",
         "files",
         "base",
-        "bases",
+        "terms",
         "conformance",
         "library",
         "registry",

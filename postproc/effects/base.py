@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.channels.expression import Channel, channel, follows_order, with_sources
+from postproc.channels.sight import Site
 from postproc.channels.state import State
 from postproc.diagnostics import PostprocError
 from postproc.effects.contract import Displacement, Load
@@ -303,8 +304,7 @@ class Effect:
         Raises:
             PostprocError: EFF021 to EFF024, an unknown key, or a value of the wrong length, type or size.
         """
-        found = cls.problems(table)
-        if found:
+        if found := cls.problems(table):
             raise PostprocError([p.diagnostic() for p in found])
         return cls(**table)
 
@@ -314,9 +314,13 @@ class Effect:
 
     def missing(self, state: State) -> tuple[str, ...]:
         """Return the channels that the effect reads and nobody recorded; those the model fills in do not count."""
-        return tuple(
-            n for n in self.reads if n not in FILLED_BY_MODEL and not follows_order(n) and state.channel(n) is None
-        )
+        known = [n for n in self.reads if n in FILLED_BY_MODEL or follows_order(n)]
+        return tuple(n for n in self.reads if n not in known and state.channel(n) is None)
+
+    @property
+    def site(self) -> Site:
+        """Where the measured point is on the tool, and where the instrument stands, for channels that ask it."""
+        return Site()
 
     @property
     def ordered_channels(self) -> tuple[Channel, ...]:
@@ -329,11 +333,7 @@ class Effect:
         return (variant(cls.null() if current is None else current),)
 
     def relatives(self, state: State, label: str) -> tuple[Variant, ...]:
-        """Return forms that a diagnosis tries only after it has chosen this one; by default none.
-
-        Args:
-            label: of this form.
-        """
+        """Return forms that a diagnosis tries only after it has chosen this one, named ``label``; by default none."""
         return ()
 
     def __reduce__(self) -> tuple[Any, ...]:

@@ -6,8 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from postproc.channels.expression import Channel, in_order
-from postproc.channels.sight import Site
+from postproc.channels.expression import in_order
 from postproc.channels.state import State
 from postproc.effects.base import Effect
 from postproc.model.arm import Model
@@ -24,10 +23,8 @@ def with_ordered_channels(model: Model, state: State, effects: Iterable[Effect] 
     Args:
         state: all rows of a table, or all samples along a program; effects: beside those of the model.
     """
-    wanted: list[tuple[Channel, Site]] = []
-    for effect in (*model.effects, *effects):
-        site = getattr(effect, "site", Site())
-        wanted += [(c, site) for c in effect.ordered_channels if c.name not in state.channels]
+    wanted = [(c, e.site) for e in (*model.effects, *effects) for c in e.ordered_channels]
+    wanted = [(c, site) for c, site in wanted if c.name not in state.channels]
     commanded = np.isfinite(state.q).all(axis=1)
     if not wanted or not commanded.any():
         return state

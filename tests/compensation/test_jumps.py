@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from postproc.channels.state import State
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.correction.curve import BEFORE_TARGET, FROM_START, commanded_curve
 from postproc.effects.base import Displacement, Effect, param
+from postproc.effects.library.curve import ChannelCurve
 from postproc.rapid.data.pose import quat_mult
 from tests.build import arm, codes, convert, independent, target, written
 from tests.compensation.build import NO_FORCE, PROCESS, effect, findings, model, small
@@ -147,13 +149,23 @@ class LooseBolt(Effect, key="loose_bolt_of_a_test", reads=("q",)):
         return Displacement(joint=joint)
 
 
-def test_a_jump_between_two_targets_is_seen_and_corrected_on_both_sides() -> None:
+def loose_bolt(edge: float) -> Effect:
+    return LooseBolt(size_rad=3e-4, edge_rad=edge)
+
+
+def step_of_a_curve(edge: float) -> Effect:
+    law = {"channels": ("q2",), "basis": ("step",), "numbers": (edge,), "largest": (1.0,)}
+    return ChannelCurve(place=("joint 2",), **law, turn_rad=np.array([3e-4]))
+
+
+@pytest.mark.parametrize("jump", [loose_bolt, step_of_a_curve])
+def test_a_jump_between_two_targets_is_seen_and_corrected_on_both_sides(jump: Callable[[float], Effect]) -> None:
     """20 mm of line have no sample of their own between the ends: the jump of 0.4 mm was bridged, in no figure."""
     text = small("MoveJ @{1340,-500},v200,fine,tT; MoveL @{1360,-500},v50,fine,tT;")
     plain = convert(text)
     assert plain.plan is not None and plain.report["added_targets"] == 0
     edge = float(plain.plan.motion.samples.q[[0, -1], 1].mean())
-    jumping = convert(text, arm().with_effects(*arm().effects, LooseBolt(size_rad=3e-4, edge_rad=edge)))
+    jumping = convert(text, arm().with_effects(*arm().effects, jump(edge)))
     assert jumping.plan is not None
     samples = jumping.plan.motion.samples
     place = samples.T_work_tcp[samples.move == 1][:, :3, 3]

@@ -7,7 +7,7 @@ import pytest
 
 from postproc.effects.asking import displacement_of, load_of
 from postproc.effects.base import Array, Displacement, Effect, State, by_joint, param, structure
-from postproc.effects.example import example_state
+from postproc.effects.conformance.example import example_state
 from postproc.effects.library.joints.backlash import Backlash
 from postproc.effects.registry import BUILT_IN
 from tests.build import refused

@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 
 from postproc.effects.asking import displacement_of
 from postproc.effects.base import State
-from postproc.effects.example import example_arm
+from postproc.effects.conformance.example import example_arm
 from postproc.effects.library.cell.external_axis_compliance import ExternalAxisCompliance
 from postproc.effects.library.cell.external_axis_error import ExternalAxisError
 from postproc.effects.library.cell.external_axis_frame import ExternalAxisFrame

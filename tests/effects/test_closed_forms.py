@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 
 from postproc.effects.asking import displacement_of, load_of
 from postproc.effects.base import State
-from postproc.effects.example import example_arm
+from postproc.effects.conformance.example import example_arm
 from postproc.effects.geometry import long_bodies, weight
 from postproc.effects.registry import effect_library
 from postproc.robot.kinematics import body_poses

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from postproc.effects.base import State
+from postproc.effects.conformance.example import example_arm, example_state
 from postproc.effects.conformance.kit import check_effect, contribution
-from postproc.effects.example import example_arm, example_state
 from postproc.effects.loading import load_effect_file
 from postproc.effects.registry import BUILT_IN, effect_library
 from postproc.model.arm import Model

@@ -13,8 +13,8 @@ from postproc.channels.expression import in_order
 from postproc.channels.sight import Site
 from postproc.diagnostics import Source
 from postproc.effects.asking import displacement_of, load_of
-from postproc.effects.bases import BASES, law_of, symbols
 from postproc.effects.library.curve import PLACES, ChannelCurve
+from postproc.effects.terms import BASES, law_of, symbols
 from postproc.model.file import default_model, parse_model, read_model
 from postproc.model.rewrite import render_model
 from tests.build import refused

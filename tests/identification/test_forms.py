@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from postproc.channels.expression import in_order
 from postproc.channels.sight import Site
 from postproc.effects.asking import displacement_of
-from postproc.effects.places import PLACES
+from postproc.effects.terms import PLACES
 from postproc.identification.curves.families import CurveForms, curve_forms
 from postproc.identification.curves.prior import UNNAMED_LOG_PRIOR, sort_of_place
 from postproc.identification.screen.curves import CurveScreen

@@ -10,7 +10,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from postproc.effects.library.curve import ChannelCurve
-from postproc.effects.places import PLACES
+from postproc.effects.terms import PLACES
 from postproc.estimation.linear import Linear
 from postproc.identification.curves.families import CurveForms, curve_forms
 from postproc.identification.curves.form import block

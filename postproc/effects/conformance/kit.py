@@ -20,8 +20,8 @@ from postproc.channels.state import COLUMNS
 from postproc.diagnostics import Diagnostic, PostprocError, did_you_mean, has_errors
 from postproc.effects.asking import displacement_of, load_of
 from postproc.effects.base import FILLED_BY_MODEL, Displacement, Effect, Load, State, Variant
+from postproc.effects.conformance.example import example_arm, example_state
 from postproc.effects.conformance.table import COLUMN_CHANNELS, columns_read, raised, report
-from postproc.effects.example import example_arm, example_state
 from postproc.effects.parameters import Parameter, unit_suffix
 
 TRIAL_ROWS = 240

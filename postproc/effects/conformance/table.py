@@ -79,8 +79,8 @@ FAILURE_HELPS: tuple[tuple[type[BaseException], str, str], ...] = (
     (np.exceptions.ComplexWarning, "", "angles and lengths are real numbers: is it the root of a negative one?"),
     (ZeroDivisionError, "", "keep clear of zero: np.where(x == 0, 0, a / np.where(x == 0, 1, x))"),
     (RecursionError, "", "it calls itself"),
-    (BaseException, "", "it is asked for many states at once: `from postproc.effects.example import example_state` "
-        "gives the 240 on which it was tried"),
+    (BaseException, "", "it is asked for many states at once: "
+        "`from postproc.effects.conformance.example import example_state` gives the 240 on which it was tried"),
 )
 """Kind of error, words in it, and what helps."""
 # fmt: on

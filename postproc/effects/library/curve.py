@@ -17,12 +17,11 @@ from postproc.channels.tool import leaning, overturning_moment
 from postproc.channels.units import unit_of
 from postproc.diagnostics import did_you_mean
 from postproc.effects.base import Displacement, JointBasis, Load, param, structure
-from postproc.effects.bases import BASES, GATES, TIMES, law_of, split_name, symbols
 from postproc.effects.files import FieldProblem
 from postproc.effects.geometry import weight
-from postproc.effects.places import LEANS, LOADED, PLACES
 from postproc.effects.roles import Role
 from postproc.effects.sums import SumOfTerms
+from postproc.effects.terms import BASES, GATES, LEANS, LOADED, PLACES, TIMES, law_of, split_name, symbols
 
 WORDS = {"shift_m": "shift", "turn_rad": "turn", "share": "scale", "mass_kg": "mass", "moment_kgm": "first moment"}
 
@@ -68,7 +67,7 @@ class ChannelCurve(
 ):
     """A place moves with a function of one or two channels that no effect of the library explains.
 
-    Equation: xi = sum_k c_k f_k / s_k, with f_k a product of functions of channels (`effects.bases`), s_k the value of
+    Equation: xi = sum_k c_k f_k / s_k, with f_k a product of functions of channels (`effects.terms`), s_k the value of
     f_k that counts as one, and c_k the amplitudes along the axes of the place. Source: a diagnosis of measured rows
     (`postproc diagnose`); another table says what it is worth. Typical size: 0.1 mm or 0.1 mrad.
 

@@ -15,7 +15,7 @@ from postproc.channels.sight import Site, measured_point, seen_point
 from postproc.channels.state import State
 from postproc.channels.tool import FORCES, force_on_tool
 from postproc.channels.units import varies
-from postproc.effects.places import LEANS
+from postproc.effects.terms import LEANS
 from postproc.identification.curves.form import Block, CurveForm, SignalFunction, block, product_of, side_by_side
 from postproc.identification.curves.functions import (
     GEAR,
@@ -144,16 +144,18 @@ def readings(state: State, site: Site, slow: Iterable[Signal] = ()) -> Iterator[
         state: with the poses of bodies filled in; site: where the measured point and the instrument are.
         slow: channels, such as temperatures, by which the air may bend and stretch the line of sight.
     """
-    elevation = posed(state, site, "seen_elevation", ("elevation",), "q", "the instrument's elevation")
-    distance = posed(state, site, "seen_distance", ("distance",), "x", "the instrument's distance")
-    turn = posed(state, site, _azimuth("seen_azimuth", seen_point(state, site)), ("azimuth",), "q", "")
+    elevation = posed(state, site, "seen_elevation", ("elevation",), unit="q", label="the instrument's elevation")
+    distance = posed(state, site, "seen_distance", ("distance",), unit="x", label="the instrument's distance")
+    turn = posed(state, site, _azimuth("seen_azimuth", seen_point(state, site)), ("azimuth",), unit="q", label="")
     for signal in (replace(turn, label="the instrument's azimuth atan2(y, x)"), elevation, distance):
         yield from _shapes(signal, "instrument")
     # Names of channels tell where the arm is on its base alone.
     for axis in "xyz" if state.T_reference_base is None else "":
         for way in ("to", "around"):
             label = f"the beam's angle {way} axis {axis} of the tool"
-            yield from _shapes(posed(state, site, f"beam_{way}_{axis}", WRIST, "q", label), "instrument", max(LOW) + 1)
+            yield from _shapes(
+                posed(state, site, f"beam_{way}_{axis}", WRIST, unit="q", label=label), "instrument", max(LOW) + 1
+            )
     for air in slow:
         yield product_of(line(replace(air, label=air.full_label)), line(distance), "product", "instrument")
     always = Signal(("x", "y", "z"), np.ones(len(state)), "1", "", "")
@@ -163,10 +165,10 @@ def readings(state: State, site: Site, slow: Iterable[Signal] = ()) -> Iterator[
 def around(state: State, site: Site) -> Iterator[Block]:
     """Yield curves and waves of the tool's azimuth about joint 1, for a footing that turns or tilts with it."""
     name = _azimuth("azimuth", measured_point(state, site))
-    return _shapes(posed(state, site, name, ("azimuth",), "q", "the tool's azimuth atan2(y, x)"), "base")
+    return _shapes(posed(state, site, name, ("azimuth",), unit="q", label="the tool's azimuth atan2(y, x)"), "base")
 
 
-def posed(state: State, site: Site, name: str, leading: tuple[str, ...], unit: str, label: str) -> Signal:
+def posed(state: State, site: Site, name: str, leading: tuple[str, ...], *, unit: str, label: str) -> Signal:
     """Return the signal of a channel of the pose by its name; arguments as in `Signal`."""
     values = channel(name).values(state, site)
     return Signal(leading, np.zeros(len(state)) if values is None else values, name, unit, label)

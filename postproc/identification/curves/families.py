@@ -15,7 +15,7 @@ from postproc.channels.sight import Site
 from postproc.channels.state import State
 from postproc.channels.units import recorded, shown
 from postproc.diagnostics import joined
-from postproc.effects.places import LEANS, LOADED
+from postproc.effects.terms import LEANS, LOADED
 from postproc.identification.curves.derived import around, creeps, lags, memories, overturning, pulls, readings
 from postproc.identification.curves.form import (
     Block,
@@ -339,7 +339,7 @@ def of_words(column: Sequence[Signal]) -> Iterator[Block]:
     """
     for signal in column[:1] if len(column) == 2 else column:
         sentence = f"where {signal.leading} is {signal.label}"
-        word = fixed("line", sentence, "level", sentence, signal.label, ORIGIN)
+        word = fixed("line", sentence, "level", sentence, gate=signal.label, numbers=ORIGIN)
         yield block(word, replace(signal, label=signal.leading))
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.channels.expression import Channel, channel
 from postproc.channels.units import shown, within
-from postproc.effects.bases import law_of
+from postproc.effects.terms import GATES, law_of
 from postproc.identification.curves.signal import Signal, unit
 
 Single = NDArray[np.float32]
@@ -27,7 +27,7 @@ class SignalFunction:
     """A function of one signal that a few numbers form.
 
     Args:
-        basis: name of the function (`effects.bases`), with a gate before it in a switch; sentence: its description, a
+        basis: name of the function (`effects.terms`), with a gate before it in a switch; sentence: its description, a
             template (`SignalFunction.words`).
         kind: curves of one kind are together as likely as those of any other, however many there are.
         numbers: the kind of each number that is searched: edge, knot, width (half of it), reach, order, phase, start or
@@ -227,10 +227,6 @@ class CurveForm:
         return sentence
 
 
-SIDES = ("only", "except", "reversed")
-"""Gates (`effects.bases`) in which a switch multiplies a curve."""
-
-
 def switching(curve: SignalFunction, side: int) -> SignalFunction:
     """Return the curve that restricts a curve by multiplication with one side of a gate, ``only where ..`` in words.
 
@@ -240,7 +236,8 @@ def switching(curve: SignalFunction, side: int) -> SignalFunction:
     """
     only, other = "only where {label} is ", "the other way where {label} is "
     sentence = other + curve.gate[0] if side == 2 else only + curve.gate[side]
-    return replace(curve, basis=f"{SIDES[side]} {curve.basis}", sentence=sentence, noun=sentence, switch=(curve, side))
+    basis = f"{tuple(GATES)[side]} {curve.basis}"
+    return replace(curve, basis=basis, sentence=sentence, noun=sentence, switch=(curve, side))
 
 
 FEW, FEW_SHARE = 6, 0.05

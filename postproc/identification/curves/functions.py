@@ -40,7 +40,7 @@ FINEST, MANY = 4, 8000
 
 
 def fixed(
-    basis: str, sentence: str, kind: str, noun: str = "", gate: str = "", numbers: tuple[float, ...] = ()
+    basis: str, sentence: str, kind: str, noun: str = "", *, gate: str = "", numbers: tuple[float, ...] = ()
 ) -> SignalFunction:
     """Return a curve whose numbers are not searched: its basis, its sentence, its kind, and their values.
 

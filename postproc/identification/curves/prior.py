@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from postproc.channels.sight import READINGS
-from postproc.effects.places import FRAMES, LEANS, LOADED
+from postproc.effects.terms import FRAMES, LEANS, LOADED, PLACES
 from postproc.identification.curves.form import CurveForm
 
 UNNAMED_LOG_PRIOR = 16.0
 """2 log of the odds against a curve without a name: it needs 3000 times the likelihood of a named effect."""
-COUNT_OF_PLACES = 31
-"""Joints, base, tool, instrument, what it reads, five bodies that turn or shift, and what carries a weight."""
 APART = frozenset([*FRAMES, *(f"instrument, {reading}" for reading in READINGS), *LOADED])
 """Where the arm changes nothing but by leaning on it, and what is carried whatever the arm does."""
-ROOMS = {None: COUNT_OF_PLACES, "weight": 3, "joint": 6, "instrument": 6, "base": 2, LEANS: 1}
+ROOMS = {None: len(PLACES), "weight": 3, "joint": 6, "instrument": 6, "base": 2, LEANS: 1}
 """How many places there are of each sort, of any other one."""
 
 

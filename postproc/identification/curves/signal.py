@@ -74,13 +74,8 @@ class Signal:
 
 def channel_signal(name: str, values: Array, state: State) -> Signal:
     """Return the signal of a recorded channel, (n,) values."""
-    quoted = name if name not in state.channels else channel_name(name)
+    quoted = name if name not in state.channels else Channel(name).name
     return Signal((name,), values, quoted, name, name, column=name in state.channels and name not in TABLE)
-
-
-def channel_name(column: str) -> str:
-    """Return the name by which a column of a table is read as a channel, in quotes where it needs them."""
-    return Channel(column).name
 
 
 def added(signals: Sequence[Signal], sign: str = "+") -> Signal:

@@ -55,7 +55,7 @@ class Candidate:
 
     @classmethod
     def of_curve(cls, curve: Suspect, effect: Effect) -> Candidate:
-        """Return a curve as a candidate.
+        """Return a curve as a candidate, which its evidence alone judges: the two tests of an effect are passed.
 
         Args:
             curve: where it acts and what it follows; effect: its terms, the amplitudes at null.

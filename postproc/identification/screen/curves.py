@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.effects.places import SEATED
+from postproc.effects.terms import SEATED
 from postproc.estimation.evidence import schwarz
 from postproc.estimation.linear import Linear
 from postproc.estimation.problem import Problem

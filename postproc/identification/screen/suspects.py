@@ -12,10 +12,9 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.channels.sight import Site
 from postproc.effects.base import Effect
-from postproc.effects.bases import TIMES
-from postproc.effects.places import LOADED, PLACES, SEATED
 from postproc.effects.registry import effect_in_role
 from postproc.effects.roles import Role
+from postproc.effects.terms import LOADED, PLACES, SEATED, TIMES
 from postproc.estimation.linear import Linear
 from postproc.estimation.problem import Problem
 from postproc.identification.curves.form import CurveForm, times_form

@@ -123,14 +123,13 @@ def _check_readings(
         j = int(np.argmax(np.abs(offset)))
         help_ = f"joint zeros explain it (joint {j + 1} by {np.rad2deg(offset[j]):.1f} deg): the fit finds them"
         return findings("warning", message, help_)
-    if len(sessions := np.unique(sessions_of(data)[rows])) > 1:
-        poses = {name: poses_among(data.state.q[rows[sessions_of(data)[rows] == name]]) for name in sessions}
-        largest = max(sessions, key=lambda name: poses[name])
-        if poses[largest] >= FEWEST_PLACED:
-            agreed = replace(agreed, rows=rows[sessions_of(data)[rows] == largest])
-            return _check_readings(data, arm, agreed, cells, unit, turns)
+    session = sessions_of(data)[rows]
+    if len(sessions := np.unique(session)) > 1:
+        poses, largest = max((poses_among(data.state.q[rows[session == name]]), name) for name in sessions)
+        if poses >= FEWEST_PLACED:
+            return _check_readings(data, arm, replace(agreed, rows=rows[session == largest]), cells, unit, turns)
         message = (
-            f"no session has more than {poses[largest]} poses, and the points were not all seen from one place: "
+            f"no session has more than {poses} poses, and the points were not all seen from one place: "
             "nothing tells where the instrument stood"
         )
         help_ = f"measure {FEWEST_ROWS_JUDGED} poses or more from each place of the instrument, in one session"

@@ -193,15 +193,22 @@ def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic],
         rows.append(tuple(cells))
         lines.append(number)
     if all(not any(row) for row in rows):
-        size = Counter(len(cells) for _, cells in body).most_common(1)
-        others = f"rows have {size[0][0]}" if size else "there is no other row"
-        help_ = "check the separator and the decimal sign, and that every column has a name"
-        if separator == "," and size and size[0][0] > len(header) > 1:
-            help_ = (
-                "is the comma the decimal sign, too? export with semicolons between the cells, or with decimal points"
-            )
-        raise _no_table(f"no row has as many cells as the header: it has {len(header)}, {others}", source, help_)
+        raise _unlike_its_header([len(cells) for _, cells in body], len(header), separator, source)
     return Cells(source, tuple(header), tuple(units), tuple(rows), tuple(lines), decimal)
+
+
+def _unlike_its_header(sizes: list[int], wanted: int, separator: str, source: Source) -> PostprocError:
+    """Return DAT001 for a table of which no row has as many cells as its header.
+
+    Args:
+        sizes: the number of cells in each row; wanted: in the header.
+    """
+    most = Counter(sizes).most_common(1)
+    others = f"rows have {most[0][0]}" if most else "there is no other row"
+    help_ = "check the separator and the decimal sign, and that every column has a name"
+    if separator == "," and most and most[0][0] > wanted > 1:
+        help_ = "is the comma the decimal sign, too? export with semicolons between the cells, or with decimal points"
+    return _no_table(f"no row has as many cells as the header: it has {wanted}, {others}", source, help_)
 
 
 def _as_text(source: Source, diagnostics: list[Diagnostic]) -> Source:
