@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.diagnostics import Diagnostic, Severity, has_errors
+from postproc.diagnostics import Diagnostic, has_errors
 from postproc.measure.checks.plausible import check_limits, check_plausible, usable_rows
 from postproc.measure.checks.readings import (
     MISMATCH_M,
@@ -95,37 +96,30 @@ def _check_readings(
     if fits(as_read) and not nominal and MANY_FAR * far.sum() < len(far):
         return []
 
-    def findings(severity: Severity, message: str, help_: str) -> list[Diagnostic]:
-        """Return DAT009 in a list."""
-        return [cells.finding("DAT009", severity, message, help_)]
-
+    mismatch = partial(cells.finding, "DAT009")
     if nominal:
         message = f"the points are the nominal arm's own, to {1e3 * as_read.typical:.4f} mm: no arm is so exact"
-        return findings("warning", message, "are they the controller's, and the instrument's in other columns?")
-    slip = slipped(arm.rows(rows), data.state.q[rows], data.position[rows])
-    if slip is not None:
+        return [mismatch("warning", message, "are they the controller's, and the instrument's in other columns?")]
+    if (slip := slipped(arm.rows(rows), data.state.q[rows], data.position[rows])) is not None:
         return [_slip(*slip, rows, cells)]
     if fits(as_read) or agreed.fits:
         return []
     oriented = None if turns is None else replace(turns, numbers=turns.numbers[sample])
-    other = other_reading(placed, q, y, as_read, unit, lambda angles: _agree(placed, angles, q, oriented))
-    if other is not None:
-        return findings("error", *other)
+    if other := other_reading(placed, q, y, as_read, unit, lambda angles: _agree(placed, angles, q, oriented)):
+        return [mismatch("error", *other)]
     if as_read.typical < SUSPICIOUS_M:
         # Few poses in a small part of space tell neither a scale nor a mirror.
         return []
     size = f"{1e3 * as_read.typical:.0f} mm" if np.isfinite(as_read.typical) else "more than a metre"
     message = f"the measured points do not fit the nominal arm `{robot.name}`: {size} in the median row"
     if names := other_arms(placed, q, y):
-        return findings("error", message, f"they fit {' or '.join(f'`{n}`' for n in names)}: check the robot's name")
-    offset, typical = zero_errors(placed, q, y) if np.isfinite(as_read.typical) else (np.zeros(6), np.inf)
-    if typical < SUSPICIOUS_M:
-        j = int(np.argmax(np.abs(offset)))
-        help_ = f"joint zeros explain it (joint {j + 1} by {np.rad2deg(offset[j]):.1f} deg): the fit finds them"
-        return findings("warning", message, help_)
+        return [mismatch("error", message, f"they fit {' or '.join(f'`{n}`' for n in names)}: check the robot's name")]
+    if np.isfinite(as_read.typical) and (zeros := _joint_zeros(placed, q, y)):
+        return [mismatch("warning", message, f"joint zeros explain it ({zeros}): the fit finds them")]
     session = sessions_of(data)[rows]
     if len(sessions := np.unique(session)) > 1:
-        poses, largest = max((poses_among(data.state.q[rows[session == name]]), name) for name in sessions)
+        counts = [poses_among(data.state.q[rows[session == name]]) for name in sessions]
+        poses, largest = max(counts), sessions[np.argmax(counts)]
         if poses >= FEWEST_PLACED:
             return _check_readings(data, arm, replace(agreed, rows=rows[session == largest]), cells, unit, turns)
         message = (
@@ -133,11 +127,18 @@ def _check_readings(
             "nothing tells where the instrument stood"
         )
         help_ = f"measure {FEWEST_ROWS_JUDGED} poses or more from each place of the instrument, in one session"
-        return findings("error", message, help_)
+        return [mismatch("error", message, help_)]
     help_ = "check the robot's name, the joint zeros and signs, and that joints and points belong to the same rows"
     if arm.T_reference_base is not None:
         help_ += "; and that external axes stand as `eax_a` .. say, and run as the cell says"
-    return findings("error" if as_read.typical > MISMATCH_M else "warning", message, help_)
+    return [mismatch("error" if as_read.typical > MISMATCH_M else "warning", message, help_)]
+
+
+def _joint_zeros(arm: PlacedArm, q: Array, position: Array) -> str:
+    """Return the joint whose zero is most in error, where such errors explain the points; else nothing."""
+    offset, typical = zero_errors(arm, q, position)
+    j = int(np.argmax(np.abs(offset)))
+    return f"joint {j + 1} by {np.rad2deg(offset[j]):.1f} deg" if typical < SUSPICIOUS_M else ""
 
 
 def _agree(arm: PlacedArm, angles: Array, as_read: Array, turns: Turns | None) -> bool:

@@ -61,7 +61,6 @@ def read_measurements(
     if terms.joints is not None:
         cells = join(cells, read_cells(terms.joints, layout, diagnostics), diagnostics)
     table = Table(cells, layout, diagnostics)
-    n = len(cells.rows)
     turns = table.turns(names.ORIENTATION, layout.orientation)
     measured_joints = table.vector(names.MEASURED_JOINTS, partial=True, absent=np.nan)
     position = _positions(table)
@@ -78,7 +77,7 @@ def read_measurements(
         joint=measured_joints,
         sigma=_deviations(table),
         pose_id=tuple(table.text("pose_id") or _labels(state.q)),
-        row=tuple(range(1, n + 1)),
+        row=tuple(range(1, len(cells.rows) + 1)),
         line=cells.lines,
         tool_known=tool_known,
         counted="time_s" not in table.place and terms.rows_in_order and "row" not in table.place,
