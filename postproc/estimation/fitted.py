@@ -13,9 +13,11 @@ from postproc.arrays import Array
 from postproc.effects.roles import Role
 from postproc.estimation.evidence import CLOSE_EVIDENCE
 from postproc.estimation.posterior import Posterior, posterior_of
+from postproc.estimation.regions import Regions
 from postproc.estimation.residual_split import ResidualSplit, split_residual
 from postproc.estimation.solution import Solution
 from postproc.measure.checks.repeats import Noise
+from postproc.measure.errors import rms
 
 ODDS = 2.0
 """Odds before any data that a fitted model lacks something of the arm, to none."""
@@ -75,7 +77,13 @@ class NoiseParts:
 
 @dataclass(frozen=True)
 class Fit(Solution):
-    """A fitted model and what the data says about it."""
+    """A fitted model and what the data says about it.
+
+    Args:
+        regions: what it is worth where no row is near, None where nobody asked.
+    """
+
+    regions: Regions | None = None
 
     @cached_property
     def residual_split(self) -> ResidualSplit:
@@ -112,6 +120,17 @@ class Fit(Solution):
     def unnamed(self) -> bool:
         """Whether the model has a law without a name: its form was chosen on all rows, held-out ones too."""
         return any(e.role is Role.CURVE and not e.is_null for e in self.model.effects)
+
+    @property
+    def unseen_rms(self) -> float | None:
+        """Root mean square error [m], [rad] of angles, of rows that neither parameters nor forms come from.
+
+        With a law without a name, these are regions of the joint space that were left out with the whole search for it
+        (`Regions`), and None where nobody asked for them.
+        """
+        if not self.unnamed:
+            return self.held_out_rms
+        return None if self.regions is None else rms(self.regions.after)
 
     @cached_property
     def formula_uncertainty(self) -> float:

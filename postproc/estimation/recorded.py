@@ -29,11 +29,14 @@ def recorded_model(fit: Fit) -> Model:
     data = fit.data
     after = fit.posterior
     known = Uncertainty(after.names, after.covariance, pose_error_sigma(fit), after.unidentifiable, after.directions)
+    regions = fit.regions
+    if regions is not None:
+        known = replace(known, beyond=regions.beyond, measured=regions.field)
     key, noise = fit.observed.key, fit.parts.level
     table: dict[str, Any] = {
         "rows": int(len(data) - len(fit.excluded)),
         key("rms"): mm(fit.rms),
-        **({} if fit.unnamed else {key("held_out_rms"): mm(fit.held_out_rms)}),
+        **({} if fit.unseen_rms is None else {key("held_out_rms"): mm(fit.unseen_rms)}),
         "version": __version__,
         **uncertainty_table(fit.model, known),
         "undetermined": [parameter_name(fit.model, *name) for name in undetermined(fit)],
@@ -52,7 +55,13 @@ def recorded_model(fit: Fit) -> Model:
         names = [source.path.replace("\\", "/").rsplit("/", 1)[-1] for source in data.sources]
         hashes = [hashlib.sha256(source.data).hexdigest() for source in data.sources]
         table["data"], table["data_sha256"] = (names, hashes) if names[1:] else (names[0], hashes[0])
-    return replace(fit.model, fit=table)
+    if regions is None or regions.surest is None:
+        return replace(fit.model, fit=table)
+    surest, added = regions.surest, fit.model
+    table["local"] = [e.key for e in added.effects if surest.effect(e.key) is None]
+    values = {e.key: [float(f"{x:.12g}") for x in e.vector()] for e in surest.effects}
+    table["surest"] = {e.key: values[e.key] for e in surest.effects if e != added.effect(e.key)}
+    return replace(added, fit=table, surest=surest)
 
 
 def pose_error_sigma(fit: Fit) -> float:

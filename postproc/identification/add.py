@@ -22,6 +22,7 @@ from postproc.identification.acceptance import fitted_best
 from postproc.identification.curves.families import curve_forms
 from postproc.identification.refits import refit_all, thinned, with_channels_of
 from postproc.identification.refits import without as without_effects
+from postproc.identification.regions import with_regions
 from postproc.identification.screen.candidate import Screen
 from postproc.identification.screen.composition import compose
 from postproc.identification.search import with_curves_anew
@@ -163,7 +164,9 @@ def _added(
     watch("all of it", (len(classes) + 1) / total)
     final = on_all_rows(current, [cls.key for cls in classes])
     no_farther_than_nominal(final)
-    after = settled(final)
+    watch("regions left out", (len(classes) + 1.5) / total)
+    curves = [cls.key for cls in classes if cls.role is Role.CURVE]
+    after = with_regions(settled(final), without_effects(final, curves) if final.unnamed and curves else base)
     steps.append(Step(f"+ {classes[-1].key}", after, after.model))
     level = final.parts.level
     floor = bound if level is None else level

@@ -14,6 +14,7 @@ from postproc.arrays import Array, gravity_in, invert
 from postproc.channels.state import State
 from postproc.effects.base import Effect
 from postproc.effects.roles import Role
+from postproc.model.field import Field
 from postproc.model.multibody import Multibody
 from postproc.robot.arm import Robot
 from postproc.robot.cells.cell import LETTERS
@@ -47,6 +48,8 @@ class Model:
         robot_name: what the model file says about the robot (a library name or a path).
         fit: what `fit` and `add` noted about how the parameters were found.
         priors: what else is known of parameters, by name such as ``joint_compliance.compliance_rad_per_Nm[1]``.
+        surest: the arm without what holds near the measured rows alone, for where none is near; None where everything
+            holds anywhere.
         stiffness_source: where joint stiffness comes from: ``measured`` on this arm or published for its type,
             ``estimated``, ``controller``, ``user``; empty where nobody says.
         station: where it stands and which external axes carry it and its work; None where nobody says.
@@ -65,11 +68,17 @@ class Model:
     controller: Model | None = None
     already: tuple[str, ...] = ()
     priors: Mapping[str, StatedPrior] = field(default_factory=dict)
+    surest: Model | None = None
 
     @cached_property
     def gravity(self) -> Array:
         """Return the gravity vector (3,) in base axes [m/s^2], from how the base stands in the world."""
         return gravity_in(self.R_world_base)
+
+    @cached_property
+    def measured(self) -> Field | None:
+        """Where the arm was measured, as `fit` and `add` noted it; None where they did not."""
+        return Field.of_table(self.fit["measured"]) if "measured" in self.fit else None
 
     @cached_property
     def _built(self) -> dict[tuple[tuple[int, ...], bool], Multibody]:
@@ -115,8 +124,8 @@ class Model:
         return next((e for e in self.effects if e.role is role), None)
 
     def with_effects(self, *effects: Effect) -> Model:
-        """Return this arm with these effects in place of its own."""
-        other = replace(self, effects=tuple(effects))
+        """Return this arm with these effects in place of its own, wherever it stands."""
+        other = replace(self, effects=tuple(effects), surest=None)
         other.__dict__["_built"] = self._built  # they know the robot and gravity alone
         return other
 

@@ -70,7 +70,7 @@ def corrected_by_controller(model: Model, parts: Sequence[str]) -> Model:
     robot = model.robot
     if "gravity" not in parts:
         robot = replace(robot, mass=0.0 * robot.mass, inertia=0.0 * robot.inertia)
-    controller = replace(model, robot=robot, effects=tuple(kept), already=())
+    controller = replace(model, robot=robot, effects=tuple(kept), already=(), surest=None)
     return replace(model, controller=controller, already=parts)
 
 

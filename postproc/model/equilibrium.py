@@ -16,7 +16,7 @@ from postproc.model.chain import Chain, deflected_chain
 from postproc.model.deflection import REACH, Deflection, deflect, distance, moved_by, moves, tcp
 from postproc.model.loads import loaded_state
 from postproc.model.ordered import with_ordered_channels
-from postproc.robot.pose import displace
+from postproc.robot.pose import between, displace
 
 SETTLED = 1e-10  # [m]; rotations count at the arm's reach
 FORETOLD = 1e4  # times what counts as settled: a sweep that moves no more tells what the next one would move
@@ -131,7 +131,13 @@ def _settled(model: Model, state: State, deflection: Deflection, bodies: tuple[i
 
 
 def predict(model: Model, state: State, settled: float = SETTLED) -> Array:
-    """Return the real TCP poses T_instrument_tcp (n, 4, 4) of states in their order; arguments of `equilibrium`."""
+    """Return the real TCP poses T_instrument_tcp (n, 4, 4) of states in their order; arguments of `equilibrium`.
+
+    What holds near measured rows alone counts by what these tell at each state (`Field.known`).
+    """
+    if model.surest is not None and model.measured is not None:
+        near, far = predict(model.with_effects(*model.effects), state, settled), predict(model.surest, state, settled)
+        return between(far, near, model.measured.known(state))
     result, state = np.empty((len(state), 4, 4)), with_ordered_channels(model, state)
     for rows in blocks(len(state)):
         result[rows] = equilibrium(model, state.rows(rows), settled=settled).T_instrument_tcp

@@ -19,6 +19,7 @@ from postproc.effects.roles import Role
 from postproc.files import read_source
 from postproc.model.arm import Model, StatedPrior
 from postproc.model.doubts import doubts
+from postproc.model.field import Field as MeasuredRows
 from postproc.model.uncertainty import unpack_correlation
 from postproc.numbers import read_number
 from postproc.robot.arm import Robot
@@ -37,7 +38,9 @@ Names = Annotated[list[str], AfterValidator(each_once)]
 Span = tuple[float, float]
 _Sides = Literal["dir1", "dir2", "dir3", "dir4", "dir5", "dir6"]
 _Axes = Literal["eax_a", "eax_b", "eax_c", "eax_d", "eax_e", "eax_f"]
-Channel = Literal["q1", "q2", "q3", "q4", "q5", "q6", "payload", "temperature", "time", _Sides, _Axes]
+_Joints = Literal["q1", "q2", "q3", "q4", "q5", "q6"]
+_Coordinate = Literal[_Joints, "payload", _Sides]
+Channel = Literal[_Joints, "payload", "temperature", "time", _Sides, _Axes]
 
 
 class _Tool(FileTable):
@@ -76,6 +79,31 @@ _Prior = tuple[float, Annotated[float, Field(gt=0)], str]
 _Row = Annotated[list[float], BeforeValidator(_numbers, json_schema_input_type=str | list[float])]
 
 
+class _Measured(FileTable):
+    """Where measured rows are; written by ``fit`` and ``add``.
+
+    Args:
+        lengths: over which what the arm lacks changes, by coordinate (rad, kg).
+        noise: variance of a row's noise, in that of what the arm lacks.
+        rows: the coordinates of rows, packed.
+    """
+
+    lengths: Annotated[dict[_Coordinate, Annotated[float, Field(gt=0)]], Field(min_length=1)]
+    noise: NotNegative
+    rows: str
+
+    @field_validator("rows")
+    @classmethod
+    def _of_the_lengths(cls, text: str, info: ValidationInfo) -> str:
+        """Return packed rows; refuse a text that is not that of rows with these lengths."""
+        if {"lengths", "noise"} <= info.data.keys():
+            try:
+                MeasuredRows.of_table({**info.data, "rows": text})
+            except ValueError as error:
+                raise PydanticCustomError("packed", str(error), AGAIN) from error
+        return text
+
+
 class _Fit(FileTable):
     """What a fit notes; written by ``fit`` and ``add``.
 
@@ -94,6 +122,10 @@ class _Fit(FileTable):
         covariance: lower triangle, SI; in place of sigma and correlation, by hand and in older files.
         unseen: directions in which parameters may be off unseen.
         unexplained_mm: per axis, without the noise.
+        beyond_mm: per axis, what else stays unexplained where no measured row is near.
+        measured: where measured rows are.
+        local: effects that hold near the measured rows alone.
+        surest: the vectors, SI, of effects that are others without these.
         range: lowest and highest value of each channel that was measured.
         data, data_sha256: the tables.
         version: of postproc.
@@ -119,6 +151,10 @@ class _Fit(FileTable):
     covariance: list[_Row] = []
     unseen: list[_Row] = []
     unexplained_mm: NotNegative = 0.0
+    beyond_mm: NotNegative = 0.0
+    measured: _Measured | None = None
+    local: Names = []
+    surest: dict[str, list[float]] = {}
     range: dict[Channel, Annotated[Span, AfterValidator(_ordered)]] = {}
 
     @field_validator("sigma")
@@ -261,7 +297,15 @@ def parse_model(source: Source, library: Mapping[str, type[Effect]] | None = Non
     model = Model(robot, effects, mounting, tool, file.robot, noted, stated, station, priors=priors)
     if not model.fit:
         _check_signs(model, source)
-    return model
+    if not file.fit.local:
+        return model
+    vectors = {e.key: np.array(file.fit.surest.get(e.key, e.vector())) for e in effects}
+    odd = next((e.key for e in effects if len(vectors[e.key]) != len(e.vector())), None)
+    if odd is not None:
+        text, span = f"`{odd}` has other parameters", span_of(source, ("fit", "surest", odd))
+        raise PostprocError([Diagnostic("MOD002", "error", text, source, span, AGAIN["help"])])
+    sure = (e.with_vector(vectors[e.key]) for e in effects if e.key not in file.fit.local)
+    return replace(model, surest=model.with_effects(*sure))
 
 
 def _check_signs(model: Model, source: Source) -> None:

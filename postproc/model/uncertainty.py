@@ -5,7 +5,7 @@ from __future__ import annotations
 import zlib
 from base64 import b64decode, b64encode
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from textwrap import wrap
 from typing import Any
@@ -20,6 +20,7 @@ from postproc.model.arm import Model, as_written
 from postproc.model.derivatives.places import BATCH, PLACES, displacement_parts, flat
 from postproc.model.derivatives.sensitivity import grown_sensitivity
 from postproc.model.equilibrium import predict
+from postproc.model.field import Field
 
 PACKING_STEP = 2.0**-8
 """Step of the written numbers of 1,000 parameters, in conditional standard deviations; finer with fewer parameters."""
@@ -95,6 +96,8 @@ class Uncertainty:
         held: parameters that the data did not determine.
         unseen: (r, p + h) directions in which the fitted and the held ones may be off unseen, each by one standard
             deviation.
+        beyond: standard deviation per axis [m] of what the model leaves of the true pose, beside ``unexplained``, where
+            no measured row is near; measured: where rows are, None where nobody knows.
     """
 
     parameters: tuple[tuple[str, int], ...]
@@ -102,13 +105,16 @@ class Uncertainty:
     unexplained: float = 0.0
     held: tuple[tuple[str, int], ...] = ()
     unseen: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    beyond: float = 0.0
+    measured: Field | None = None
 
 
 def uncertainty_table(model: Model, known: Uncertainty) -> dict[str, Any]:
     """Return the keys of the table [fit] of a model file that state a fit's uncertainty.
 
     ``parameters`` by name, ``sigma`` of each in its own unit, their ``correlation`` as `pack_correlation` writes it,
-    ``not_identifiable`` parameters, ``unseen`` directions over both, and ``unexplained_mm``.
+    ``not_identifiable`` parameters, ``unseen`` directions over both, ``unexplained_mm``, and ``beyond_mm`` with
+    ``measured``.
     """
     names = {e.key: e.names() for e in model.effects}
     sigma = np.sqrt(np.maximum(np.diag(known.covariance), 0.0))
@@ -122,6 +128,7 @@ def uncertainty_table(model: Model, known: Uncertainty) -> dict[str, Any]:
         "not_identifiable": [f"{key}.{names[key][i]}" for key, i in known.held],
         "unseen": [" ".join(f"{x:.9g}" for x in row) for row in known.unseen],
         "unexplained_mm": float(known.unexplained * 1e3),
+        **({} if known.measured is None else {"beyond_mm": 1e3 * known.beyond, "measured": known.measured.table()}),
     }
 
 
@@ -149,13 +156,14 @@ def read_uncertainty(model: Model) -> Uncertainty | None:
     place = {f"{e.key}.{name}": (e.key, i) for e in model.effects for i, name in enumerate(e.names())}
     kept = [k for k, name in enumerate(listed) if name in place]
     parameters = tuple(place[listed[k]] for k in kept)
-    unexplained = float(model.fit.get("unexplained_mm", 0.0)) * 1e-3
+    unexplained, beyond = (1e-3 * float(model.fit.get(key, 0.0)) for key in ("unexplained_mm", "beyond_mm"))
+    covariance = covariance[np.ix_(kept, kept)]
+    known = Uncertainty(parameters, covariance, unexplained, beyond=beyond, measured=model.measured)
     if not directions:
-        return Uncertainty(parameters, covariance[np.ix_(kept, kept)], unexplained)
+        return known
     open_ = [k for k, name in enumerate(open_names) if name in place]
-    open_parameters = tuple(place[open_names[k]] for k in open_)
     unseen = np.array(directions, dtype=float)[:, [*kept, *(len(listed) + k for k in open_)]]
-    return Uncertainty(parameters, covariance[np.ix_(kept, kept)], unexplained, open_parameters, unseen)
+    return replace(known, held=tuple(place[open_names[k]] for k in open_), unseen=unseen)
 
 
 def _stated_covariance(fit: Mapping[str, Any], count: int) -> Array | None:
@@ -180,9 +188,9 @@ def _stated_covariance(fit: Mapping[str, Any], count: int) -> Array | None:
 
 
 def position_covariance(model: Model, state: State, known: Uncertainty, instrument: bool = True) -> Array:
-    """Return the covariance (n, 3, 3) [m^2] of the predicted TCP: D P D^T + u^2 I + D B B^T D^T + m m^T + e e^T.
+    """Return the covariance (n, 3, 3) [m^2] of the predicted TCP by its parameters: D (P + B B^T) D^T + m m^T + e e^T.
 
-    D are the derivatives of the position by the parameters, P their covariance, u the unexplained error, and B
+    D are the derivatives of the position by the parameters, P their covariance, and B
     directions in which the data leaves parameters open; for B parameters of the instrument's frame always count, as
     they absorb errors of others. Beyond the range of data of a free function, D is that of the function without its
     limit, where P has its prior. The prediction keeps the value at the limit, and m is how far that is from the
@@ -199,7 +207,7 @@ def position_covariance(model: Model, state: State, known: Uncertainty, instrume
         D, missed, counted = derivatives(model, state.rows(rows), (*known.parameters, *known.held), instrument)
         off = D @ known.unseen.T if len(known.unseen) else np.zeros((len(D), 3, 0))
         D = D[:, :, : len(known.parameters)] * counted[: len(known.parameters)]
-        result[rows] = D @ known.covariance @ np.swapaxes(D, 1, 2) + known.unexplained**2 * np.eye(3)
+        result[rows] = D @ known.covariance @ np.swapaxes(D, 1, 2)
         result[rows] += off @ np.swapaxes(off, 1, 2)
         result[rows] += missed[:, :, None] * missed[:, None, :]
     for half in _half_steps(model, state):
@@ -257,11 +265,22 @@ def predict_sigma(model: Model, state: State, instrument: bool = True) -> Array:
     Args:
         instrument: True: as an instrument sees the TCP; False: in the base frame.
     """
+    return np.asarray(np.hypot(*sigma_parts(model, state, instrument)))
+
+
+def sigma_parts(model: Model, state: State, instrument: bool = True) -> tuple[Array, Array]:
+    """Return both parts of `predict_sigma`, (n,) [m] each: by the parameters, and by what no effect explains.
+
+    The latter is sqrt(u^2 + b^2 (1 - c)): u beside the measured rows, b more where none is near, and c what rows tell
+    there of a smooth function (`Field.known`).
+    """
     known = read_uncertainty(model)
     if known is None:
-        return np.full(len(state), np.nan)
+        return np.full(len(state), np.nan), np.full(len(state), np.nan)
     covariance = position_covariance(model, state, known, instrument)
-    return np.sqrt(np.maximum(np.trace(covariance, axis1=1, axis2=2), 0.0) / 3.0)
+    parameters = np.sqrt(np.maximum(np.trace(covariance, axis1=1, axis2=2), 0.0) / 3.0)
+    far = np.zeros(len(state)) if known.measured is None else 1.0 - known.measured.known(state)
+    return parameters, np.sqrt(known.unexplained**2 + known.beyond**2 * far)
 
 
 @dataclass(frozen=True, slots=True)

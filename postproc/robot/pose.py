@@ -36,6 +36,13 @@ def pose_error(T: Array, T_wanted: Array) -> Array:
     return np.concatenate([T_wanted[..., :3, 3] - T[..., :3, 3], vector], axis=-1)
 
 
+def between(T: Array, T_other: Array, share: Array) -> Array:
+    """Return poses (n, 4, 4) that lie a share (n,) of the way from T to T_other: 0 is T, 1 is T_other."""
+    step = share[:, None] * pose_error(T, T_other)
+    turn = Rotation.from_rotvec(step[:, 3:]).as_matrix()
+    return transform(T[:, :3, 3] + step[:, :3], turn @ T[:, :3, :3])
+
+
 def rpy(angles: Array) -> Array:
     """Return the rotation Rz(yaw) Ry(pitch) Rx(roll) of fixed-axis angles (roll, pitch, yaw) [rad], as in URDF."""
     return np.asarray(Rotation.from_euler("xyz", angles).as_matrix(), dtype=float)

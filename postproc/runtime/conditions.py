@@ -94,6 +94,7 @@ def known_effects(model: Model, channels: Mapping[str, float]) -> tuple[Model, t
     Args:
         channels: constants that are stated, by name of the channel.
     """
+    model = model.surest or model  # the tables hold laws of the whole region
     ours = [e for e in model.effects if not e.about_data and not e.is_null and not _moves_instrument(e, model)]
 
     def is_known(effect: Effect) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from shlex import quote
 
 import numpy as np
@@ -81,7 +82,14 @@ def applicable_model(model: Model, events: Sequence[MotionEvent], options: Optio
                 continue
             effect = carried
         kept.append(effect)
-    return corrected_by_controller(model.with_effects(*kept), options.already), findings
+    real = corrected_by_controller(model.with_effects(*kept), options.already)
+    if model.surest is not None:
+        keys = {effect.key for effect in kept}
+        sure = [e for e in model.surest.effects if e.key in keys]
+        carried = [_carry_tool(model, e, events)[0] if e.role is Role.TOOL_FRAME else e for e in sure]
+        surest = model.surest.with_effects(*(e for e in carried if e is not None))
+        real = replace(real, surest=corrected_by_controller(surest, options.already))
+    return real, findings
 
 
 def _without_load(model: Model, options: Options, source: Source) -> Iterator[Diagnostic]:

@@ -16,7 +16,7 @@ from postproc.model.equilibrium import active_bodies, carries_load, predict, uns
 from postproc.model.loads import loaded_state
 from postproc.robot.closed_form import inverse
 from postproc.robot.kinematics import forward, jacobian
-from postproc.robot.pose import pose_error
+from postproc.robot.pose import between, pose_error
 
 INVERSE_SWEEPS = 30
 # Start joints farther from the pose [m, rad] than this are replaced by the nearest closed-form solution.
@@ -59,6 +59,13 @@ def command(model: Model, state: State, T_base_tcp: Array) -> Commands:
         PostprocError: MOD010, the deflection does not settle.
     """
     desired = np.asarray(T_base_tcp, dtype=float).reshape(-1, 4, 4)
+    if model.surest is not None and model.measured is not None:
+        near, far = command(replace(model, surest=None), state, desired), command(model.surest, state, desired)
+        share = model.measured.known(state)
+        q = far.q + share[:, None] * (near.q - far.q)
+        return Commands(
+            q, between(far.T_base_tcp, near.T_base_tcp, share), np.maximum(far.residual_m, near.residual_m)
+        )
     if model.controller is not None:
         # The joint angles come from the whole model; the pose to write is the one that the controller assigns to them.
         solution = command(_real_arm(model), state, desired)

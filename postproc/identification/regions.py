@@ -1,0 +1,72 @@
+"""Regions of the joint space left out one after another, what was chosen by the rows chosen anew without them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.estimation.fitted import Fit
+from postproc.estimation.least_squares import fit_model
+from postproc.estimation.problem import Problem
+from postproc.estimation.regions import judged_by_regions, lacking_field, left_out
+from postproc.estimation.solving.settle import settled
+from postproc.estimation.solving.solve import ROUGHLY, Terms
+from postproc.identification.curves.families import curve_forms
+from postproc.identification.search import with_curves_anew
+from postproc.identification.state import SearchState
+from postproc.model.ordered import with_ordered_channels
+
+
+FIXED, ANEW = 12, 4
+"""Regions that are left out at most: of a fit whose form is fixed, and where curves are searched anew each time."""
+
+
+def with_regions(fit: Fit, before: Fit) -> Fit:
+    """Return a fit with what it is worth in regions that neither its parameters nor its choice of curves came from.
+
+    What predicts them worse than the fit before holds near the measured rows alone. The fit is returned as it is where
+    there are no positions to tell.
+
+    Args:
+        fit: with curves, or with effects of fixed form alone; before: without what was added.
+    """
+    lacking = lacking_field(before)
+    if lacking is None:
+        return fit
+    state, regions = fit.data.state, []
+    if any(e.ordered_channels for e in fit.model.effects):
+        # What follows the rows' order needs the rows before it.
+        parts = np.arange(len(state)) * ANEW // len(state)
+        masks = [parts == part for part in range(ANEW)]
+    else:
+        masks = left_out(lacking[0], state, ANEW if fit.unnamed else FIXED)
+    for mask in masks:
+        number = mask.astype(int)
+        new = fit.held_out_by(number)
+        if fit.unnamed:
+            new = np.full(new.shape, np.nan)
+            new[mask] = _predicted_anew(before, mask)
+        regions.append((mask, before.held_out_by(number), new))
+    found = judged_by_regions(fit, lacking, regions)
+    if fit.unnamed and not found.helps:
+        found = replace(found, surest=settled(before).model)
+    return replace(fit, regions=found)
+
+
+def _predicted_anew(before: Fit, inside: NDArray[np.bool_]) -> Array:
+    """Return the errors (m, k) of some rows by a model whose parameters and curves come from the others.
+
+    Args:
+        before: the fit without curves; inside: (n,) mask of the m rows.
+    """
+    kept = ~inside
+    kept[list(before.excluded)] = False
+    terms = Terms(before.free, before.strength, closely=ROUGHLY)
+    fit = fit_model(before.model, before.data.rows(kept), noise=before.noise.stated, terms=terms)
+    forms = curve_forms(fit.problem.sensitivity.state, fit.problem.site)
+    found = with_curves_anew(SearchState(fit, fit, {}, forms)).fit
+    whole = replace(before.data, state=with_ordered_channels(found.model, before.data.state))
+    return Problem(found.model, whole, before.problem.weights).error[inside][:, before.observed.columns]
