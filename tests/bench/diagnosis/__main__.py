@@ -28,10 +28,11 @@ RESULTS = Path(__file__).parent / "results.jsonl"
 
 def jobs(a: argparse.Namespace) -> list[Job]:
     """All that is asked for, the kinds in turn, so that a run that is stopped has some of each."""
-    from tests.bench.diagnosis import sets
+    from tests.bench.diagnosis import addition, sets
 
     every = {kind: number for kind, (number, _) in sets.KINDS.items()}
     if a.method == "postproc":
+        every |= {kind: number for kind, (number, _) in addition.KINDS.items()}
         every |= sets.CELLS | {"real": 5 * len(sets.REAL), "size": len(ROWS), "stability": 9}
     else:
         every.pop("encoder")

@@ -33,6 +33,7 @@ WHAT = {
     "new temperature": "one effect, asked at the last degrees of a warm-up, beyond all measured ones",
     "new region": "one effect, asked in a sector of joint 1 that was not measured",
     "two joints": "waves and products of two joint angles, repeats in one visit or at other times",
+    "regions": "nothing or a law, in the library or outside, with a quarter of a joint's range, a quadrant or an octant not measured",
     "bad rows": "2 to 25 % of the rows in turned axes, shifted, in another unit, with columns or points swapped",
 }
 
@@ -163,6 +164,30 @@ def _together(parts: Sequence[tuple[float, int]]) -> str:
     return f"{1e3 * np.sqrt(np.sum(size**2 * count) / np.sum(count)):.3f} ({int(count.sum())})"
 
 
+def after_add(lines: Sequence[Line]) -> str:
+    """One row a kind, half and group of rows: what `fit`, `diagnose` and `add` are worth on rows nobody measured."""
+    some = [x for x in lines if "asked" in x]
+    groups = dict.fromkeys((x["kind"], x["half"], where) for x in some for where in x["asked"])
+    rows = []
+    for kind, half, where in sorted(groups, key=lambda group: (list(WHAT).index(group[0]), group[1])):
+        mine = [x["asked"][where] for x in some if (x["kind"], x["half"]) == (kind, half)]
+        over = _of(mine, "improved", "first")
+        held, held_first = _of(mine, "inside"), _of(mine, "inside_first")
+        wide = _of(mine, "stated", "improved")
+        hidden = [x for x in some if (x["kind"], x["half"]) == (kind, half) and x["structure"] > 2]
+        silent = sum(x["said"] == "complete" for x in hidden)
+        rows.append(
+            [
+                *(kind, half, where, str(len(mine)), _said(_quantile(over, 0.5)), _said(float(over.max()))),
+                *(str(int((over > 1.1).sum())), _said(float(held.mean())), _said(float(held.min()))),
+                *(_said(float(held_first.mean())), _said(_quantile(wide, 0.5)), _said(float(wide.max()))),
+                f"{silent} of {len(hidden)}",
+            ]
+        )
+    head = ["kind", "hidden", "rows", "sets", "improved over first, median", "worst", "above 1.1", "95 % intervals hold", "worst set", "those of the first model", "width, median", "worst", "complete over twice the noise"]  # fmt: skip
+    return table(head, rows)
+
+
 def misses(lines: Sequence[Line]) -> str:
     """Every set that was not answered as it should be."""
     rows = []
@@ -197,7 +222,7 @@ def baselines(lines: Sequence[Line], own: Sequence[Line]) -> str:
 
 def summary(lines: Sequence[Line]) -> str:
     """Everything about one revision, as it is read on a terminal."""
-    parts: list[Callable[[Sequence[Line]], str]] = [verdicts, figures, calibration, stability, sizes, real]
+    parts: list[Callable[[Sequence[Line]], str]] = [verdicts, figures, after_add, calibration, stability, sizes, real]
     return "\n\n".join(part(lines) for part in parts)
 
 
@@ -267,6 +292,7 @@ def page(every: Sequence[Line], label: str, against: str, rest: str = "") -> str
         "stability": stability(own),
         "sizes": sizes(own),
         "real": real(own),
+        "after_add": after_add(own),
         "baselines": baselines(every, own),
         "compared": compared(every, label, against),
         "misses": misses(own),
