@@ -16,11 +16,16 @@ from postproc.identification.diagnose import diagnose
 from postproc.identification.diagnosis import Diagnosis
 from postproc.identification.predict import predict_rows
 from postproc.model.arm import Model
+from tests.bench.diagnosis import in_order
+from tests.bench.diagnosis.in_order import ordered_set
 from tests.bench.diagnosis.judge import ABOUT_DATA, HARMLESS, RIGHTLY, answer, base_fit, judge, true_model
 from tests.bench.diagnosis.regions import COUNT, region_set
 from tests.bench.diagnosis.sets import Set
 
-KINDS: dict[str, tuple[int, Callable[[str, int], Set]]] = {"regions": (COUNT, region_set)}
+KINDS: dict[str, tuple[int, Callable[[str, int], Set]]] = {
+    "regions": (COUNT, region_set),
+    **{kind: (count, ordered_set) for kind, count in in_order.KINDS.items()},
+}
 """How many different sets there are of each kind that is judged after `add`, and what draws them."""
 WORSE = 1.1
 """Error after `add`, in that of the first model, above which a model has become worse."""
@@ -30,7 +35,8 @@ def run(one: Set, true_error: float | None = None) -> dict[str, Any]:
     """All figures of one set; times are those of the processor [s]. Args: true_error: where it is known already.
 
     `asked`: by the name of a group of rows, the error of the first model and the improved one, the share of coordinates
-    inside their 95 % intervals, and the stated standard deviation. `added`: right, or where the improved one is worse.
+    inside their 95 % intervals, and the stated standard deviation. `added`: right, or where the improved one is worse;
+    declined where `predict` refuses the improved model for these rows, and the first one stays.
     """
     assert one.truth is not None and one.noise is not None
     begin = time.process_time()
@@ -42,10 +48,15 @@ def run(one: Set, true_error: float | None = None) -> dict[str, Any]:
     result: dict[str, Any] = {"fit_s": fitted - begin, "diagnose_s": found - fitted, "rows": len(one.data)}
     result |= answer(d)
     improved, result["refused"] = added(first, one, d)
+    try:
+        predict_rows(improved, one.true)
+        declined = ""
+    except PostprocError as why:
+        improved, declined = first, " ".join(x.code for x in why.diagnostics)
     result |= {"add_s": time.process_time() - found, "half": "outside" if one.truth.outside else "library"}
     result["asked"] = {name: compared(first, improved, one, mask) for name, mask in one.asked.items()}
     worse = [name for name, x in result["asked"].items() if x["improved"] > WORSE * x["first"]]
-    result["added"] = "right" if not worse else "worse " + " and ".join(worse)
+    result["added"] = f"declined {declined}" if declined else "worse " + " and ".join(worse) if worse else "right"
     named = [k for k in result["named"] if k not in ABOUT_DATA]
     result |= judge(one.truth, d.verdict, named, result["alike"], result["suspects"])
     result["noise"] = one.noise

@@ -36,7 +36,7 @@ WITHIN = [
 ]
 OUTSIDE = [
     *(Recipe((U.broadband_map,)), Recipe((T.wave_of_a_sum,)), Recipe((U.gear_lines,)), Recipe((U.kink,))),
-    *(Recipe((T.product_of_waves,)), Recipe((U.angle_step,)), Recipe((U.broadband_map,), "ur10")),
+    *(Recipe((T.product_of_waves,)), Recipe((U.angle_step,)), Recipe((U.broadband_map, K.link_geometry), "ur10")),
     *(Recipe((T.product_of_curves,)), Recipe((U.joint_product,)), Recipe((U.gear_lines,), "ur10")),
     *(Recipe((U.elbow_wave,)), Recipe((U.gap_by_angle,)), Recipe((T.wave_of_a_sum,), "ur10")),
     *(Recipe((U.tracker_scale,)), Recipe((K.joint_error_map, T.product_of_waves)), Recipe((U.payload_by_angle,))),
