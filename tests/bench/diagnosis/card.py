@@ -35,7 +35,7 @@ WHAT = {
     "two joints": "waves and products of two joint angles, repeats in one visit or at other times",
     "regions": "nothing or a law, in the library or outside, with a quarter of a joint's range, a quadrant or an octant not measured",
     "memory": "growth and drift that lag the temperature, creep, hysteresis of a joint, warm-up, a restart; asked between the rows or after",
-    "slips and cycles": "a joint zero that jumps, zeros of each power cycle, a tool or a tracker that moved; no column tells but of half the cycles",
+    "slips and cycles": "a joint zero that jumps, zeros of each power cycle, a tool or a tracker that moved; a column tells half of the cycles alone",
     "directions missing": "lost motion in rows in order, without columns for the sides",
     "bad rows": "2 to 25 % of the rows in turned axes, shifted, in another unit, with columns or points swapped",
 }

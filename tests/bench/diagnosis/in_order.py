@@ -30,8 +30,8 @@ from tests.independent.hidden_effects import Kind, write_table
 SEED = 71_000_000
 """Of the first set; seeds are far from those of all other kinds, and 100,000 from kind to kind."""
 ASKED, REPEATED = 150, 12
-KINDS = {"memory": 24, "slips and cycles": 24, "directions missing": 24}
-"""How many different sets there are of each kind."""
+KINDS = {"memory": 28, "slips and cycles": 28, "directions missing": 28}
+"""How many different sets there are of each kind; the last four hide nothing."""
 SENSOR = 0.1
 """Standard deviation of a recorded temperature [K]."""
 
@@ -41,12 +41,12 @@ class Recipe:
     """How a history is drawn.
 
     Args:
-        law: what is hidden. after: what is asked lies after the table, not between its rows. later: repeats are visits
+        law: what is hidden, if anything. after: what is asked lies after the table, not between its rows. later: repeats are visits
             of other times, not one after another. without: columns that the table does not have. cycle: whether a
             column tells the power cycle.
     """
 
-    law: Kind
+    law: Kind | None
     after: bool
     later: bool
     without: tuple[str, ...] = ()
@@ -61,6 +61,9 @@ SIDES = tuple(f"dir{j}" for j in range(1, 7))
 
 def recipe_of(kind: str, index: int) -> Recipe:
     """24 different sets of a kind; what follows earlier rows is asked after the table, which then knows them all."""
+    sides = SIDES if kind == "directions missing" else ()
+    if index >= 24:
+        return Recipe(None, index % 2 == 1, index % 4 > 1, sides)
     if kind == "memory":
         law, turn = MEMORY[index % 8], index // 8
         memory = law in (H.creep, H.play, H.preisach)
@@ -68,7 +71,7 @@ def recipe_of(kind: str, index: int) -> Recipe:
     law, turn = (SLIPS if kind == "slips and cycles" else SIDED)[index % 6], index // 6
     if kind == "slips and cycles":
         return Recipe(law, law is not H.cycles and turn % 2 == 1, turn % 4 > 1, cycle=index % 6 == 4)
-    return Recipe(law, True, turn % 4 > 1, (*SIDES, *(("time_s",) if turn % 2 else ())))
+    return Recipe(law, True, turn % 4 > 1, (*sides, *(("time_s",) if turn % 2 else ())))
 
 
 def history(g: np.random.Generator, poses: np.ndarray, arm: A.Arm, paused: float, at: int) -> States:
@@ -115,12 +118,13 @@ def ordered_set(kind: str, index: int) -> Set:
     recipe = recipe_of(kind, index)
     g = np.random.default_rng(SEED + 100_000 * list(KINDS).index(kind) + index)
     arm = A.ARMS[MAIN]()
-    hidden = recipe.law(g, arm)
+    hidden = () if recipe.law is None else (recipe.law(g, arm),)
     noise, n = float(g.choice(NOISES)), int(g.choice([120, 150, 180]))
-    cell = draw_cell(g, arm, (hidden,))
+    cell = draw_cell(g, arm, hidden)
     poses, asked = visits(g, n, recipe)
     rows = np.flatnonzero(~asked)
-    s = history(g, poses, arm, g.uniform(3000, 9000) if hidden.needs == "session" else 0.0, rows[len(rows) // 2])
+    pause = g.uniform(3000, 9000) if any(h.needs == "session" for h in hidden) else 0.0
+    s = history(g, poses, arm, pause, rows[len(rows) // 2])
     places = measure(cell, s)
     told = replace(s, temperature=s.temperature + g.normal(0, SENSOR, len(s)))
     ids = [f"P{pose:03d}" for pose in poses]
@@ -131,8 +135,8 @@ def ordered_set(kind: str, index: int) -> Set:
     data = _read(told.take(rows), seen, [ids[i] for i in rows], 4, recipe.without, more)
     words = ["asked after" if recipe.after else "asked between", "repeated later" if recipe.later else ""]
     words += [f"with {name}" for name in more] + (["rows in order"] if "time_s" in recipe.without else [])
-    name = f"{recipe.law.__name__}, {', '.join(filter(None, words))} #{index}"
-    return Set(kind, name, MAIN, data, whole, Truth.of((hidden,)), 1e-3 * noise, asked={"unseen": asked})
+    name = f"{recipe.law.__name__ if recipe.law else 'nothing'}, {', '.join(filter(None, words))} #{index}"
+    return Set(kind, name, MAIN, data, whole, Truth.of(hidden), 1e-3 * noise, asked={"unseen": asked})
 
 
 def _read(
