@@ -12,9 +12,10 @@ import pytest
 
 from tests.independent import arm as A
 from tests.independent import hidden_effects as H
+from tests.independent import unknown_effects as U
 from tests.independent.cells import Cell, States, base_residual, base_slope, draw_cell, draw_states, measure
 
-KINDS = H.LIBRARY + H.OUTSIDE
+KINDS = [*H.LIBRARY, *H.OUTSIDE, U.broadband_map, U.gear_lines]
 
 
 @pytest.fixture(scope="module")

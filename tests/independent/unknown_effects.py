@@ -182,3 +182,33 @@ def encoder(g: np.random.Generator, arm: A.Arm) -> Hidden:
         return turned[:, None] * np.stack([-p[:, 1], p[:, 0], 0 * turned], axis=1)
 
     return _unknown("encoder", ("azimuth",), world=world)
+
+
+def broadband_map(g: np.random.Generator, arm: A.Arm) -> Hidden:
+    """Every joint is off by waves of 40 orders at random, amplitudes as 1 / sqrt(order): no few numbers describe it."""
+    orders = np.arange(1, 41)
+    w = g.normal(size=(6, 40)) / np.sqrt(orders)
+    # Of small arms in use 250 to 430 microradian in every joint are known, which is the upper end.
+    rms = np.exp(g.uniform(*np.log([0.003, 0.025]), 6)) * DEG
+    w *= (rms * np.sqrt(2) / np.linalg.norm(w, axis=1))[:, None]
+    phase = g.uniform(0, 2 * np.pi, (6, 40))
+    return _unknown(
+        "broadband_map",
+        tuple(f"q{j}" for j in range(1, 7)),
+        ("joint_error_map", "transmission_error"),
+        joint=lambda s, tau: (w * np.sin(orders * s.q[:, :, None] + phase)).sum(axis=2),
+    )
+
+
+def gear_lines(g: np.random.Generator, arm: A.Arm) -> Hidden:
+    """Three to five waves of one joint whose orders are no whole numbers: teeth and bearings behind a reduction."""
+    j, count = int(g.choice([0, 1, 2, 4])), int(g.integers(3, 6))
+    orders, phase = np.exp(g.uniform(*np.log([2.0, 60.0]), count)), g.uniform(0, 2 * np.pi, count)
+    size = g.uniform(0.004, 0.012, count) * DEG * (1 if j < 3 else 2)
+    return _unknown(
+        "gear_lines",
+        (f"q{j + 1}",),
+        ("joint_error_map", "transmission_error"),
+        note=f"joint {j + 1} orders {np.round(np.sort(orders), 2).tolist()}",
+        joint=lambda s, tau: column(j, (size * np.sin(orders * s.q[:, j, None] + phase)).sum(axis=1)),
+    )

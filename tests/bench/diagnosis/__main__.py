@@ -28,11 +28,12 @@ RESULTS = Path(__file__).parent / "results.jsonl"
 
 def jobs(a: argparse.Namespace) -> list[Job]:
     """All that is asked for, the kinds in turn, so that a run that is stopped has some of each."""
-    from tests.bench.diagnosis import sets
+    from tests.bench.diagnosis import addition, octants, sets
 
     every = {kind: number for kind, (number, _) in sets.KINDS.items()}
     if a.method == "postproc":
-        every |= sets.CELLS | {"real": 5 * len(sets.REAL), "size": len(ROWS), "stability": 9}
+        every |= {kind: number for kind, (number, _) in addition.KINDS.items()}
+        every |= sets.CELLS | {"real": 5 * len(sets.REAL), "octants": octants.COUNT, "size": len(ROWS), "stability": 9}
     else:
         every.pop("encoder")
     found: list[tuple[float, Job]] = []
@@ -50,7 +51,7 @@ def main(argv: list[str] | None = None) -> int:
     o.add_argument("--most", type=int, default=0, help="at most so many sets of every kind")
     o.add_argument("--start", type=int, default=0, help="first set of every kind")
     o.add_argument(
-        "--only", default="", help="kinds, joined by commas; those that cost time alone: real,size,stability"
+        "--only", default="", help="kinds, joined by commas; those that cost time alone: real,octants,size,stability"
     )
     o.add_argument("--without", default="", help="rules of the search that are switched off, joined by +")
     o.add_argument("--method", default="postproc", choices=["postproc", "bic", "gp", "sparse"])

@@ -33,6 +33,10 @@ WHAT = {
     "new temperature": "one effect, asked at the last degrees of a warm-up, beyond all measured ones",
     "new region": "one effect, asked in a sector of joint 1 that was not measured",
     "two joints": "waves and products of two joint angles, repeats in one visit or at other times",
+    "regions": "nothing or a law, in the library or outside, with a quarter of a joint's range, a quadrant or an octant not measured",
+    "memory": "growth and drift that lag the temperature, creep, hysteresis of a joint, warm-up, a restart; asked between the rows or after",
+    "slips and cycles": "a joint zero that jumps, zeros of each power cycle, a tool or a tracker that moved; a column tells half of the cycles alone",
+    "directions missing": "lost motion in rows in order, without columns for the sides",
     "bad rows": "2 to 25 % of the rows in turned axes, shifted, in another unit, with columns or points swapped",
 }
 
@@ -157,10 +161,62 @@ def real(lines: Sequence[Line]) -> str:
     return table([*header, "named in so many parts"], rows)
 
 
+def octants(lines: Sequence[Line]) -> str:
+    """One row a table and octant: the first model and the improved one in rows that can be reached, all octants last."""
+    some = sorted((x for x in lines if x["kind"] == "octants" and "improved" in x), key=lambda x: x["set"])
+    rows = []
+    for name in dict.fromkeys(x["set"].split()[1] for x in some):
+        mine = [x for x in some if name in x["set"]]
+        count = np.array([x["held"][1] for x in mine], dtype=float)
+        both = [np.array([x[which] for x in mine]).T for which in ("first", "improved")]
+        share = count / count.sum()
+        total = [[np.sqrt(share @ v[0] ** 2), np.sqrt(share @ v[1] ** 2), share @ v[2]] for v in both]
+        every = [(x["set"].split()[2], x["held"], x["first"], x["improved"], ", ".join(x["named"])) for x in mine]
+        held = np.sum([x["held"] for x in mine], axis=0).tolist()
+        for octant, (all_, reached), first, improved, named in (*every, ("all", held, *total, "")):
+            figures = [f"{1e3 * x:.3f}" if k < 2 else _said(x) for v in (first, improved) for k, x in enumerate(v)]
+            rows.append([name, octant, f"{reached} of {all_}", *figures, named])
+    head = ["table", "octant", "rows reached", "first", "stated", "inside", "improved", "stated", "inside", "named"]
+    return table(head, rows)
+
+
 def _together(parts: Sequence[tuple[float, int]]) -> str:
     """Root mean square [mm] of several groups of rows in one, and how many rows they are."""
     size, count = np.array(parts, dtype=float).T
     return f"{1e3 * np.sqrt(np.sum(size**2 * count) / np.sum(count)):.3f} ({int(count.sum())})"
+
+
+def after_add(lines: Sequence[Line]) -> str:
+    """One row a kind, half and group of rows: what `fit`, `diagnose` and `add` are worth on rows nobody measured."""
+    some = [x for x in lines if "asked" in x]
+    groups = dict.fromkeys((x["kind"], x["half"], where) for x in some for where in x["asked"])
+    rows = []
+    for kind, half, where in sorted(groups, key=lambda group: (list(WHAT).index(group[0]), group[1])):
+        mine = [x["asked"][where] for x in some if (x["kind"], x["half"]) == (kind, half)]
+        over = _of(mine, "improved", "first")
+        held, held_first = _of(mine, "inside"), _of(mine, "inside_first")
+        wide = _of(mine, "stated", "improved")
+        every = [x for x in some if (x["kind"], x["half"]) == (kind, half)]
+        declined, hidden = sum("declined" in x["added"] for x in every), [x for x in every if x["structure"] > 2]
+        silent = sum(x["said"] == "complete" for x in hidden)
+        rows.append(
+            [
+                *(
+                    kind,
+                    half,
+                    where,
+                    str(len(mine)),
+                    str(declined or ""),
+                    _said(_quantile(over, 0.5)),
+                    _said(float(over.max())),
+                ),
+                *(str(int((over > 1.1).sum())), _said(float(held.mean())), _said(float(held.min()))),
+                *(_said(float(held_first.mean())), _said(_quantile(wide, 0.5)), _said(float(wide.max()))),
+                f"{silent} of {len(hidden)}",
+            ]
+        )
+    head = ["kind", "hidden", "rows", "sets", "declined", "improved over first, median", "worst", "above 1.1", "95 % intervals hold", "worst set", "those of the first model", "width, median", "worst", "complete over twice the noise"]  # fmt: skip
+    return table(head, rows)
 
 
 def misses(lines: Sequence[Line]) -> str:
@@ -197,7 +253,16 @@ def baselines(lines: Sequence[Line], own: Sequence[Line]) -> str:
 
 def summary(lines: Sequence[Line]) -> str:
     """Everything about one revision, as it is read on a terminal."""
-    parts: list[Callable[[Sequence[Line]], str]] = [verdicts, figures, calibration, stability, sizes, real]
+    parts: list[Callable[[Sequence[Line]], str]] = [
+        verdicts,
+        figures,
+        after_add,
+        calibration,
+        stability,
+        sizes,
+        real,
+        octants,
+    ]
     return "\n\n".join(part(lines) for part in parts)
 
 
@@ -267,6 +332,8 @@ def page(every: Sequence[Line], label: str, against: str, rest: str = "") -> str
         "stability": stability(own),
         "sizes": sizes(own),
         "real": real(own),
+        "octants": octants(own),
+        "after_add": after_add(own),
         "baselines": baselines(every, own),
         "compared": compared(every, label, against),
         "misses": misses(own),

@@ -52,7 +52,7 @@ def run(job: Job) -> dict[str, Any]:
 
 
 def _figures(job: Job) -> dict[str, Any]:
-    from tests.bench.diagnosis import baselines, judge, sets
+    from tests.bench.diagnosis import addition, baselines, judge, octants, sets
     from tests.independent import library_effects as K
 
     if job.kind == "real":
@@ -68,6 +68,12 @@ def _figures(job: Job) -> dict[str, Any]:
         assert one.noise is not None
         strong = base.rms > (3.0**2 + 1) ** 0.5 * one.noise
         return {"set": f"{kind}: {one.name}", "names": names, "strong": bool(strong)}
+    elif job.kind == "octants":
+        one = octants.octant_set(job.index, Path(job.real))
+        return {"set": f"{one.kind}: {one.name}", **octants.run(one)}
+    elif job.kind in addition.KINDS:
+        one = addition.KINDS[job.kind][1](job.kind, job.index)
+        return {"set": f"{one.kind}: {one.name}", **addition.run(one, job.true_error)}
     elif job.kind in sets.CELLS:
         one = sets.cell_set(job.kind, job.index)
     else:

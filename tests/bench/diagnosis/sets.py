@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -69,7 +69,7 @@ class Set:
             their true places, or rows held out; noise: standard deviation per axis [m], or [rad] of encoders.
         base: keys of the effects that are fitted before anything is asked; station: its cell, where it has one.
         whole: a real table, measured rows and those held out. wrong: rows of the table, as people count them, that were
-            spoilt.
+            spoilt. asked: masks of the rows of ``true`` that are judged apart, by name.
     """
 
     kind: str
@@ -83,6 +83,7 @@ class Set:
     station: Station | None = None
     whole: Measurements | None = None
     wrong: frozenset[int] = frozenset()
+    asked: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     @property
     def start(self) -> Model:
@@ -171,7 +172,7 @@ def drawn(kind: str, index: int, recipe: Recipe, seed: int) -> Set:
             wrong = frozenset((np.flatnonzero(some) + 1).tolist())
         ids = [f"P{i:03d}" for i in (label if spread else rows)]
         try:
-            table = _read(recipe.robot, states.take(rows), seen, ids, 4 if spread else 6)
+            table = read_rows(recipe.robot, states.take(rows), seen, ids, 4 if spread else 6)
         except PostprocError as error:
             if not wrong:
                 raise
@@ -200,7 +201,7 @@ CHANGED: dict[str, Callable[[States], np.ndarray]] = {
 sides; the last degrees of a warm-up; a sector of joint 1."""
 
 
-def _read(robot: str, s: States, places: np.ndarray, ids: list[str], digits: int) -> Measurements:
+def read_rows(robot: str, s: States, places: np.ndarray, ids: list[str], digits: int) -> Measurements:
     """Rows as a user's table holds them."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / "rows.csv"
