@@ -75,8 +75,8 @@ def judged_by_regions(
     The model before lacks a smooth random function of variance s^2 (`lacking_field`). What of that still lacks is
     another one, of the same lengths and variance b^2 <= s^2, of which the rows tell all but the posterior covariance.
     With t the residual deviation of the fit, errors of a region are normal with covariance t^2 I + b^2 (K_BB - K_BA
-    (K_AA + r I)^-1 K_AB), A the rows of the other regions. The logarithm of b is uniform below that of s, and its square
-    averaged over what the errors of all regions say.
+    (K_AA + r I)^-1 K_AB), A the rows of the other regions. The logarithm of b is uniform below that of s, and its
+    square averaged over what the errors of all regions say.
 
     Args:
         lacking: by the model before, of `lacking_field`.
@@ -95,7 +95,10 @@ def judged_by_regions(
         good = kept & np.isfinite(new).all(axis=1)
         before.append(old[good & mask])
         after.append(new[good & mask])
-        inside, outside = _some(np.flatnonzero(good & mask), ROWS_JUDGED), _some(np.flatnonzero(kept & ~mask), ROWS_KEPT)
+        inside, outside = (
+            _some(np.flatnonzero(good & mask), ROWS_JUDGED),
+            _some(np.flatnonzero(kept & ~mask), ROWS_KEPT),
+        )
         across = field.covariance(x[outside], x[inside])
         told = field.covariance(x[outside], x[outside]) + max(field.noise, 1e-9) * np.eye(len(outside))
         left = field.covariance(x[inside], x[inside]) - across.T @ np.linalg.solve(told, across)
@@ -117,9 +120,10 @@ def _some(index: NDArray[np.intp], most: int) -> NDArray[np.intp]:
 def lacking_field(fit: Solution) -> tuple[Field, float] | None:
     """Return what a fitted model lacks as a random function, and its standard deviation per axis [m].
 
-    Each axis of the position follows a function of its own, of one covariance. Lengths l, the ratio a of its variance to
-    that of the noise, are where restricted likelihood (Patterson and Thompson 1971) times prior is largest: ln l is
-    normal about an ordinary length with deviation 1, and a / (1 + a) uniform. None without 30 rows with positions.
+    Each axis of the position follows a function of its own, of one covariance. Its lengths l, and the ratio a of its
+    variance to that of the noise, are where restricted likelihood (Patterson and Thompson 1971) times prior is largest:
+    ln l is normal about an ordinary length with deviation 1, and a / (1 + a) uniform. None without 30 rows with
+    positions.
     """
     from scipy.linalg import cho_solve
     from scipy.optimize import minimize

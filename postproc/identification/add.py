@@ -43,18 +43,18 @@ class FitFigures:
 
     Args:
         rms, held_out_rms: of what was observed [m], [rad] of angles; observed: the kind of measured numbers.
-        unnamed: whether the model has a law without a name.
+        unseen_rms: as of `Fit`.
     """
 
     rms: float
     held_out_rms: float
     observed: Observation
-    unnamed: bool = False
+    unseen_rms: float | None
 
     @classmethod
     def of(cls, fit: Fit) -> FitFigures:
         """Return the figures of a fit."""
-        return cls(fit.rms, fit.held_out_rms, fit.observed, fit.unnamed)
+        return cls(fit.rms, fit.held_out_rms, fit.observed, fit.unseen_rms)
 
 
 @dataclass(frozen=True)

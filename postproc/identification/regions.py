@@ -19,7 +19,6 @@ from postproc.identification.search import with_curves_anew
 from postproc.identification.state import SearchState
 from postproc.model.ordered import with_ordered_channels
 
-
 FIXED, ANEW = 12, 4
 """Regions that are left out at most: of a fit whose form is fixed, and where curves are searched anew each time."""
 

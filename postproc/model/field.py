@@ -44,7 +44,7 @@ class Field:
         return np.asarray(np.exp(-0.5 * np.maximum(square, 0.0)))
 
     def known(self, state: State) -> Array:
-        """Return the share (n,) of the function's variance that the rows tell at each state: 1 near them, 0 far away."""
+        """Return the share (n,) of the variance that the rows tell at each state: 1 near them, 0 where none is near."""
         from scipy.linalg import solve_triangular
 
         across = self.covariance(self.rows, coordinates(state, self.names))
@@ -55,7 +55,7 @@ class Field:
     def _factor(self) -> Array:
         """(m, m) lower triangular factor of the covariance of what the rows tell."""
         inner = self.covariance(self.rows, self.rows)
-        return np.linalg.cholesky(inner + max(self.noise, 1e-9) * np.eye(len(inner)))
+        return np.asarray(np.linalg.cholesky(inner + max(self.noise, 1e-9) * np.eye(len(inner))))
 
     def table(self) -> dict[str, Any]:
         """Return the table [fit.field] of a model file: ``lengths`` by coordinate, ``noise``, and packed ``rows``."""
@@ -77,9 +77,7 @@ class Field:
             steps = np.frombuffer(data, "<i4").reshape(len(lengths), -1).T
         except (ValueError, zlib.error) as error:
             raise ValueError("the text is not that of rows with these lengths") from error
-        return cls(
-            tuple(table["lengths"]), lengths, np.cumsum(steps, axis=0) * (STEP * lengths), float(table["noise"])
-        )
+        return cls(tuple(table["lengths"]), lengths, np.cumsum(steps, axis=0) * (STEP * lengths), float(table["noise"]))
 
 
 def coordinates(state: State, names: tuple[str, ...]) -> Array:

@@ -4,11 +4,17 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import evaluate
+from postproc.estimation.posterior import anywhere
+from postproc.estimation.regions import Regions
 from postproc.identification.add import LEAST_FALL, Addition, FitFigures
+from postproc.measure.errors import rms
+from postproc.model.uncertainty import predict_sigma
 from postproc.numbers import mm
-from postproc.report.blocks import Bar, Bars, Chart, Columns, Document, Figure, Scene, Section, View
+from postproc.report.blocks import Bar, Bars, Chart, Columns, DataTable, Document, Figure, Scene, Section, View
 from postproc.report.drawing.residuals import channel_sections
 from postproc.report.drawing.steps import Rung, distance_chart, steps_data
 from postproc.results.comparison import workspace_section
@@ -18,6 +24,10 @@ HARDLY_ANY = 0.05
 """Share of the way to the floor that must be gone to be called more than hardly any: chance goes a few percent."""
 EACH_NOTE = "Everything fitted again without the effect: long bars matter."
 BASE_LABEL = "the model as it came"
+HOLDS = (
+    "Standard deviation per axis of a measurement there; parts left out are quarters of the range of the joints along "
+    "which the model before the addition is off most differently."
+)
 FALL = (
     "Step through the model with the slider, the arrow keys or a click on a bar: the laws, the residuals in space, the "
     "charts and the sample targets are those of the step."
@@ -32,15 +42,16 @@ def addition_document(name: str, addition: Addition) -> Document:
     """
     values, kind, fit = addition_values(addition), addition.fit.observed, addition.fit
     floor, noise = mm(addition.floor), fit.parts.level is not None
-    rows = "rows of the fit" if fit.unnamed else "rows that the fit has not seen"
+    unnamed = fit.unnamed  # of its form, no single row is held out
+    rows = "rows of the fit" if unnamed else "rows that the fit has not seen"
     dashed, each = floor if noise else None, f"{kind.unit} per {kind.each}"
     added = list(dict.fromkeys(step.name.removeprefix("+ ") for step in addition.ladder[1:]))
 
-    before, after = (f.rms if fit.unnamed else f.held_out_rms for f in (addition.before, fit))
+    before, after = _falls(addition)
 
     def bar(label: str, error: Fit | FitFigures, share: float | None = None) -> Bar:
         """Return the bar of a fit: on held-out rows, of a law without a name on fitted rows alone."""
-        if fit.unnamed:
+        if unnamed:
             return Bar(label, 1e3 * error.rms)
         note = f"{1e3 * error.rms:.3f} {kind.unit} in the fit"
         if share is not None:
@@ -49,7 +60,7 @@ def addition_document(name: str, addition: Addition) -> Document:
 
     ladder = [bar(step.name if k else BASE_LABEL, step.fit, step.share) for k, step in enumerate(addition.ladder)]
     bars = Bars(ladder, dashed, unit=kind.unit, steps=[level.name for level in ladder])
-    distances = Chart(lambda: [distance_chart(fit, dashed, held_out=not fit.unnamed)])
+    distances = Chart(lambda: [distance_chart(fit, dashed, held_out=not unnamed)])
     without = [bar(f"without {key}", f) for key, f in addition.without.items()]
     worth = Bars(without, dashed, unit=kind.unit)
     return Document(
@@ -63,6 +74,7 @@ def addition_document(name: str, addition: Addition) -> Document:
         ],
         sections=[
             Section(f"The error step by step, {each} on {rows}", [Columns([bars, distances], [View("laws")])], FALL),
+            *([] if fit.regions is None else [Section("Where it holds", [_where(addition, fit.regions)], HOLDS)]),
             *workspace_section(kind.name, "Where it is off, at this step", program=True),
             Section(f"What each effect is worth, {each} on {rows}", [worth], EACH_NOTE),
             *channel_sections(fit, "What the rest follows", folded=True),
@@ -79,25 +91,33 @@ def addition_values(addition: Addition) -> dict[str, Any]:
         **fit_values(addition.fit, error_values(addition.before)),
         addition.fit.observed.key("floor"): mm(addition.floor),
         "ladder": [{"step": s.name, **error_values(s.fit), "share_of_way": s.share} for s in addition.ladder],
+        "regions": _region_values(addition),
         "leave_one_out": [{"without": key, **error_values(f)} for key, f in addition.without.items()],
     }
 
 
 def addition_sentence(addition: Addition) -> str:
     """Say how far the error falls with the added effects, and what to do next."""
-    first, last = 1e3 * addition.before.held_out_rms, 1e3 * addition.fit.held_out_rms
-    each = f"{addition.fit.observed.unit} per {addition.fit.observed.each}"
-    known = addition.fit.parts.level is not None
+    fit, (first, last) = addition.fit, (1e3 * x for x in _falls(addition))
+    each = f"{fit.observed.unit} per {fit.observed.each}"
+    known = fit.parts.level is not None
     bound = "the noise is" if known else "any smooth function of the channels would leave"
-    floor = f"{bound} {1e3 * addition.floor:.3f} {addition.fit.observed.unit}"
-    if addition.fit.unnamed:
-        first, last = 1e3 * addition.before.rms, 1e3 * addition.fit.rms
+    floor = f"{bound} {1e3 * addition.floor:.3f} {fit.observed.unit}"
+    names = " and ".join(f"`{s.name.removeprefix('+ ')}`" for s in addition.ladder[1:])
+    if fit.unnamed and fit.regions is None:
         return (
             f"In the fit the error falls from {first:.3f} to {last:.3f} {each}; {floor}. The form of a curve is "
             "chosen on all rows: what it is worth elsewhere, another table tells (`compare`)."
         )
-    names = " and ".join(f"`{s.name.removeprefix('+ ')}`" for s in addition.ladder[1:])
+    if fit.regions is not None and fit.regions.surest is not None:
+        return (
+            f"Adding {names} helps near the measured rows alone: in parts of the joint space left out, the curve "
+            f"searched anew without them, the error is {last:.3f} {each}, {first:.3f} before; {floor}. "
+            "The next `compensate` with this model uses the curve near the measured rows and leaves it out elsewhere."
+        )
     share, unseen = addition.ladder[-1].share, "on rows that the fit has not seen"
+    if fit.unnamed:
+        unseen = "in parts of the joint space left out, the curve searched anew without them"
     falls = f"the error falls from {first:.3f} to {last:.3f} {each}"
     then = "Keep the model as it was, and ask `diagnose` what it lacks."
     if last >= (1 - LEAST_FALL) * first:
@@ -105,9 +125,49 @@ def addition_sentence(addition: Addition) -> str:
     elif share is not None and share < HARDLY_ANY:
         text = f"Adding {names} hardly helps: {unseen}, {falls}"
     else:
-        text = f"O{unseen[1:]}, {falls}"
+        text = f"{unseen[0].upper()}{unseen[1:]}, {falls}"
         then = "The next `compensate` with this model corrects what it now predicts."
     return f"{text}; {floor}. {then}"
+
+
+def _falls(addition: Addition) -> tuple[float, float]:
+    """Return the errors [m], [rad] before and after, on rows that neither parameters nor forms come from.
+
+    A curve that was searched on all rows is judged in regions that were left out, or on the rows of the fit where there
+    are none.
+    """
+    before, fit = addition.before, addition.fit
+    if not fit.unnamed:
+        return before.held_out_rms, fit.held_out_rms
+    return (before.rms, fit.rms) if fit.regions is None else (rms(fit.regions.before), rms(fit.regions.after))
+
+
+def _region_values(addition: Addition) -> dict[str, Any] | None:
+    """Return errors [mm] before and after near the measured rows and in regions left out, and the expected ones."""
+    fit, regions = addition.fit, addition.fit.regions
+    if regions is None:
+        return None
+    robot, state, model = fit.model.robot, fit.data.state, addition.model
+    somewhere = anywhere(state, *np.clip([robot.lower, robot.upper], -np.pi, np.pi))
+    near, far = (rms(predict_sigma(model, some)) for some in (state, somewhere))
+    return {
+        "near": {
+            "before_mm": mm(addition.before.held_out_rms),
+            "after_mm": mm(fit.held_out_rms),
+            "expected_mm": mm(np.hypot(near, fit.noise.sigma or 0.0)),
+        },
+        "left_out": {"before_mm": mm(rms(regions.before)), "after_mm": mm(rms(regions.after)), "expected_mm": None},
+        "anywhere": {"before_mm": None, "after_mm": None, "expected_mm": mm(np.hypot(far, fit.noise.sigma or 0.0))},
+        "local": regions.surest is not None,
+    }
+
+
+def _where(addition: Addition, regions: Regions) -> DataTable:
+    """Return a table of the errors before and after, and of those to expect, near the measured rows and elsewhere."""
+    values = _region_values(addition) or {}
+    words = {"near": "near the measured rows", "left_out": "in parts left out", "anywhere": "at any joint angles"}
+    rows = [[text, *values[key].values()] for key, text in words.items()]
+    return DataTable("where", ("where", "before mm", "after mm", "expected mm"), rows)
 
 
 def _rungs(addition: Addition) -> list[Rung]:

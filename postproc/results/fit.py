@@ -39,7 +39,7 @@ def fit_document(name: str, fit: Fit) -> Document:
         sentence=f"The model misses {1e3 * fit.rms:.3f} {unit} per {each}, {unseen}; the noise is {noise}.",
         figures=[
             Figure("error in the fit", mm(fit.rms), unit=unit),
-            Figure("error on other rows", None if fit.unnamed else mm(fit.held_out_rms), unit=unit),
+            Figure("error on other rows", mm_or_none(fit.unseen_rms), unit=unit),
             Figure("noise", mm_or_none(level), unit=unit),
         ],
         sections=[
@@ -132,10 +132,10 @@ def fit_values(fit: Fit, before: Values | None = None) -> Values:
 def error_values(fit: Fit | FitFigures) -> dict[str, float | None]:
     """Return the rms of a fit on its rows and on held-out rows, with keys that end in the unit.
 
-    The latter is None for a model with a law without a name, whose form was chosen on all rows.
+    The latter is None for a model with a law without a name of which nobody asked how it does without part of the rows.
     """
     key = fit.observed.key
-    return {key("rms"): mm(fit.rms), key("held_out_rms"): None if fit.unnamed else mm(fit.held_out_rms)}
+    return {key("rms"): mm(fit.rms), key("held_out_rms"): mm_or_none(fit.unseen_rms)}
 
 
 def noise_values(fit: Fit) -> Values:

@@ -86,8 +86,8 @@ def applicable_model(model: Model, events: Sequence[MotionEvent], options: Optio
     if model.surest is not None:
         keys = {effect.key for effect in kept}
         sure = [e for e in model.surest.effects if e.key in keys]
-        carried = [_carry_tool(model, e, events)[0] if e.role is Role.TOOL_FRAME else e for e in sure]
-        surest = model.surest.with_effects(*(e for e in carried if e is not None))
+        tools = (_carry_tool(model, e, events)[0] if e.role is Role.TOOL_FRAME else e for e in sure)
+        surest = model.surest.with_effects(*filter(None, tools))
         real = replace(real, surest=corrected_by_controller(surest, options.already))
     return real, findings
 

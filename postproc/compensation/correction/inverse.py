@@ -63,9 +63,7 @@ def command(model: Model, state: State, T_base_tcp: Array) -> Commands:
         near, far = command(replace(model, surest=None), state, desired), command(model.surest, state, desired)
         share = model.measured.known(state)
         q = far.q + share[:, None] * (near.q - far.q)
-        return Commands(
-            q, between(far.T_base_tcp, near.T_base_tcp, share), np.maximum(far.residual_m, near.residual_m)
-        )
+        return Commands(q, between(far.T_base_tcp, near.T_base_tcp, share), np.maximum(far.residual_m, near.residual_m))
     if model.controller is not None:
         # The joint angles come from the whole model; the pose to write is the one that the controller assigns to them.
         solution = command(_real_arm(model), state, desired)
