@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 
+OPEN = 1e8
+"""Variance, in that of the noise, of what nothing determines."""
 FEWEST_BLOCKS = 10
 """Blocks that are left out one after another."""
 
@@ -41,6 +43,22 @@ def standardised(y: Array, U: Array, blocks: NDArray[np.int_]) -> Array:
         inverse = _solve_complement(U[at] @ U[at].T, np.eye(len(at)))
         out[at] = inverse @ out[at] / np.sqrt(np.maximum(np.diag(inverse), 1.0))
     return out
+
+
+def left_out(y: Array, U: Array, at: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Return (m,) errors of entries that a fit to the others predicts, and (m, k) factor G of their covariance.
+
+    With e = (I - U_B U_B^T)^-1 (y - U U^T y)_B as in `hold_out`, the covariance (I - U_B U_B^T)^-1 is I + G G^T in
+    units of the noise. A direction that the others do not determine has a variance of `OPEN`.
+
+    Args:
+        y, U: as in `hold_out`; at: (N,) mask of the m entries.
+    """
+    e, basis = (y - U @ (U.T @ y))[at], U[at]
+    size, axes = np.linalg.eigh(basis.T @ basis)
+    grown = 1.0 / np.maximum(1.0 - size, 1.0 / OPEN)
+    turned = basis @ axes
+    return e + turned @ (grown * (turned.T @ e)), turned * np.sqrt(grown)
 
 
 def _members(blocks: NDArray[np.int_]) -> list[NDArray[np.intp]]:

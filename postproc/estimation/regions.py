@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.channels.state import State
+from postproc.estimation.held_out import left_out
+from postproc.estimation.linear import Linear
 from postproc.estimation.solution import Solution
 from postproc.measure.errors import rms
 from postproc.model.arm import Model
@@ -34,7 +36,8 @@ class Regions:
         lacking: standard deviation per axis [m] of that: what the model before leaves of the true pose anywhere.
         beyond: the same of the model, where no row is near.
         before, after: (r, 3) errors [m] of rows whose region was left out, by both models, region after region.
-        surest: the model before, where regions that were left out are predicted worse with the addition; else None.
+        helps: whether the model predicts them better than the one before, beside what its parameters may be off there.
+        surest: the model before, where the addition does not help there; else None.
     """
 
     field: Field
@@ -42,15 +45,11 @@ class Regions:
     beyond: float
     before: Array
     after: Array
+    helps: bool
     surest: Model | None = None
 
-    @property
-    def helps(self) -> bool:
-        """Whether the model predicts left-out regions better than the one before."""
-        return rms(self.after) < rms(self.before)
 
-
-def left_out(field: Field, state: State, most: int) -> list[NDArray[np.bool_]]:
+def parts_of_range(field: Field, state: State, most: int) -> list[NDArray[np.bool_]]:
     """Return masks (n,) of regions that are left out in turn: the quarters at both ends of the joints that matter.
 
     These are the joints along which what is lacking changes most over the range that was measured.
@@ -67,22 +66,48 @@ def left_out(field: Field, state: State, most: int) -> list[NDArray[np.bool_]]:
     return [mask for mask in masks if mask.any()]
 
 
-def judged_by_regions(
-    fit: Solution, lacking: tuple[Field, float], regions: Sequence[tuple[NDArray[np.bool_], Array, Array]]
-) -> Regions:
+@dataclass(frozen=True)
+class LeftOut:
+    """A region that was left out.
+
+    Args:
+        inside: (n,) mask of its rows. before: (n, 3) errors [m] by the model before.
+        after: (n, 3) errors [m] by the model; nan where they do not count.
+        open_: (n, 3, k) what the parameters may be off there, one standard deviation [m] each.
+    """
+
+    inside: NDArray[np.bool_]
+    before: Array
+    after: Array
+    open_: Array
+
+    @classmethod
+    def of(cls, fit: Solution, before: Linear, after: Linear, inside: NDArray[np.bool_]) -> LeftOut:
+        """Return a region as linear problems with the rows of a fit predict it."""
+        weights, size = fit.problem.weights, fit.problem.weights.values.shape[1]
+        at = np.repeat(inside[:, None], size, axis=1)[weights.used]
+        (old, _), (new, known) = (left_out(x.residual, x.nuisance, at) for x in (before, after))
+        every = np.zeros((len(at), 2 + known.shape[1]))
+        every[at] = np.column_stack([old, new, np.sqrt(fit.variance) * known])
+        metres = np.full((*weights.values.shape, every.shape[1]), np.nan)
+        metres[weights.used] = every / weights.values[weights.used][:, None]
+        return cls(inside, metres[:, :3, 0], metres[:, :3, 1], metres[:, :3, 2:])
+
+
+def judged_by_regions(fit: Solution, lacking: tuple[Field, float], regions: Sequence[LeftOut]) -> Regions:
     """Return what a fit is worth beyond its rows.
 
     The model before lacks a smooth random function of variance s^2 (`lacking_field`). What of that still lacks is
     another one, of the same lengths and variance b^2 <= s^2, of which the rows tell all but the posterior covariance.
-    With t the residual deviation of the fit, errors of a region are normal with covariance t^2 I + b^2 (K_BB - K_BA
-    (K_AA + r I)^-1 K_AB), A the rows of the other regions. The logarithm of b is uniform below that of s, and its
-    square averaged over what the errors of all regions say.
+    With t the residual deviation of the fit and G what its parameters may be off, errors of a region are normal with
+    covariance t^2 I + G G^T + b^2 (K_BB - K_BA (K_AA + r I)^-1 K_AB), A the rows of the other regions. The logarithm of
+    b is uniform below that of s, and its square averaged over what the errors of all regions say.
 
     Args:
         lacking: by the model before, of `lacking_field`.
-        regions: mask (n,) of each region that was left out, and the errors (n, 3) of its rows by the model before and
-            by the model; what stands in other rows does not count.
     """
+    from scipy.linalg import cholesky, solve_triangular
+
     field, deviation = lacking
     kept = np.ones(len(fit.data), dtype=bool)
     kept[list(fit.excluded)] = False
@@ -90,26 +115,30 @@ def judged_by_regions(
     sizes = np.append(0.0, deviation * np.geomspace(1e-3, 1.0, SIZES))
     evidence = np.zeros(len(sizes))
     x = coordinates(fit.data.state, field.names)
-    before, after = [], []
-    for mask, old, new in regions:
-        good = kept & np.isfinite(new).all(axis=1)
-        before.append(old[good & mask])
-        after.append(new[good & mask])
-        inside, outside = (
-            _some(np.flatnonzero(good & mask), ROWS_JUDGED),
-            _some(np.flatnonzero(kept & ~mask), ROWS_KEPT),
-        )
-        across = field.covariance(x[outside], x[inside])
-        told = field.covariance(x[outside], x[outside]) + max(field.noise, 1e-9) * np.eye(len(outside))
-        left = field.covariance(x[inside], x[inside]) - across.T @ np.linalg.solve(told, across)
-        size, axes = np.linalg.eigh(left)
-        turned = np.sum((axes.T @ new[inside]) ** 2, axis=1)
-        variance = level**2 + sizes[:, None] ** 2 * np.maximum(size, 0.0)
-        evidence -= 0.5 * np.sum(3 * np.log(variance) + turned / variance, axis=1)
+    before, after, gain = [], [], 0.0
+    for region in regions:
+        good = kept & region.inside & np.isfinite(region.after).all(axis=1)
+        before.append(region.before[good])
+        after.append(region.after[good])
+        rows, others = _some(np.flatnonzero(good), ROWS_JUDGED), _some(np.flatnonzero(kept & ~region.inside), ROWS_KEPT)
+        across = field.covariance(x[others], x[rows])
+        told = field.covariance(x[others], x[others]) + max(field.noise, 1e-9) * np.eye(len(others))
+        left = field.covariance(x[rows], x[rows]) - across.T @ np.linalg.solve(told, across)
+        known = region.open_[rows].reshape(3 * len(rows), -1)
+        lower = cholesky(level**2 * np.eye(len(known)) + known @ known.T, lower=True, check_finite=False)
+        first = solve_triangular(lower, np.kron(left, np.eye(3)), lower=True, check_finite=False)
+        second = solve_triangular(lower, first.T, lower=True, check_finite=False)
+        size, axes = np.linalg.eigh(second)
+        errors = np.column_stack([region.before[rows].ravel(), region.after[rows].ravel()])
+        old, new = solve_triangular(lower, errors, lower=True, check_finite=False).T
+        gain += float(old @ old - new @ new)
+        turned = axes.T @ new
+        variance = 1.0 + sizes[:, None] ** 2 * np.maximum(size, 0.0)
+        evidence -= 0.5 * np.sum(np.log(variance) + turned**2 / variance, axis=1)
     weight = np.exp(evidence - evidence.max())
     weight[1:] /= SIZES
     beyond = float(np.sqrt(np.sum(weight * sizes**2) / np.sum(weight)))
-    return Regions(field, deviation, beyond, np.concatenate(before), np.concatenate(after))
+    return Regions(field, deviation, beyond, np.concatenate(before), np.concatenate(after), gain > 0)
 
 
 def _some(index: NDArray[np.intp], most: int) -> NDArray[np.intp]:

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from postproc.arrays import Array
+from postproc.effects.roles import Role
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
-from postproc.estimation.problem import Problem
-from postproc.estimation.regions import judged_by_regions, lacking_field, left_out
+from postproc.estimation.linear import Linear
+from postproc.estimation.regions import LeftOut, judged_by_regions, lacking_field, parts_of_range
 from postproc.estimation.solving.settle import settled
 from postproc.estimation.solving.solve import ROUGHLY, Terms
 from postproc.identification.curves.families import curve_forms
@@ -41,31 +41,32 @@ def with_regions(fit: Fit, before: Fit) -> Fit:
         parts = np.arange(len(state)) * ANEW // len(state)
         masks = [parts == part for part in range(ANEW)]
     else:
-        masks = left_out(lacking[0], state, ANEW if fit.unnamed else FIXED)
+        masks = parts_of_range(lacking[0], state, ANEW if fit.unnamed else FIXED)
     for mask in masks:
-        number = mask.astype(int)
-        new = fit.held_out_by(number)
-        if fit.unnamed:
-            new = np.full(new.shape, np.nan)
-            new[mask] = _predicted_anew(before, mask)
-        regions.append((mask, before.held_out_by(number), new))
+        after = _chosen_anew(before, mask) if fit.unnamed else fit.linear
+        regions.append(LeftOut.of(fit, before.linear, after, mask))
     found = judged_by_regions(fit, lacking, regions)
     if fit.unnamed and not found.helps:
         found = replace(found, surest=settled(before).model)
     return replace(fit, regions=found)
 
 
-def _predicted_anew(before: Fit, inside: NDArray[np.bool_]) -> Array:
-    """Return the errors (m, k) of some rows by a model whose parameters and curves come from the others.
+def _chosen_anew(before: Fit, inside: NDArray[np.bool_]) -> Linear:
+    """Return a fit to all rows, beside whose parameters stand curves that were searched without some of the rows.
 
     Args:
-        before: the fit without curves; inside: (n,) mask of the m rows.
+        before: the fit without curves; inside: (n,) mask of the rows that the search does not see.
     """
     kept = ~inside
     kept[list(before.excluded)] = False
     terms = Terms(before.free, before.strength, closely=ROUGHLY)
     fit = fit_model(before.model, before.data.rows(kept), noise=before.noise.stated, terms=terms)
     forms = curve_forms(fit.problem.sensitivity.state, fit.problem.site)
-    found = with_curves_anew(SearchState(fit, fit, {}, forms)).fit
-    whole = replace(before.data, state=with_ordered_channels(found.model, before.data.state))
-    return Problem(found.model, whole, before.problem.weights).error[inside][:, before.observed.columns]
+    curve = with_curves_anew(SearchState(fit, fit, {}, forms)).fit.model.in_role(Role.CURVE)
+    if curve is None:
+        return before.linear
+    problem = before.problem
+    if curve.ordered_channels:
+        state = with_ordered_channels(problem.model, problem.data.state, [curve])
+        problem = replace(problem, data=replace(problem.data, state=state))
+    return before.linear.extended(problem.columns(curve, curve.amplitudes()))
