@@ -26,9 +26,13 @@ from postproc.measure.read.columns import columns_of
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
 from postproc.model.ordered import with_ordered_channels
-from postproc.model.uncertainty import beyond_range, derivatives, predict_sigma
+from postproc.model.uncertainty import beyond_range, derivatives, read_uncertainty, sigma_parts
+from postproc.model.undetermined import full_covariance
 
-PREDICTION_HEADER = "pose_id,x_mm,y_mm,z_mm,sigma_mm,sigma_measured_mm"
+PARTS = ("parameters", "unexplained", "noise")
+PREDICTION_HEADER = ",".join(
+    ["pose_id,x_mm,y_mm,z_mm,sigma_mm,sigma_measured_mm", *(f"sigma_{part}_mm" for part in PARTS)]
+)
 
 
 @dataclass(frozen=True)
@@ -39,6 +43,8 @@ class Prediction:
         pose_id: (n,) labels. position: (n, 3) [m], NaN where the row has no commanded joints.
         sigma: (n,) standard deviation of the true position per axis [m], NaN where the model file has no covariance.
         measured: (n,) that of a measurement of it, with the noise of instrument and arm, NaN where that is not known.
+        parts: (n, 3) standard deviations [m] that these two consist of: by the parameters, by what no effect explains,
+            and the noise.
         diagnostics: effects and channels for which the model does not hold here, and where the instrument stands.
     """
 
@@ -46,12 +52,13 @@ class Prediction:
     position: Array
     sigma: Array
     measured: Array
+    parts: Array
     diagnostics: tuple[Diagnostic, ...] = ()
 
     def as_csv(self) -> str:
         """Return the prediction as CSV (``PREDICTION_HEADER``), a row for each input row, empty if unknown."""
         lines = [PREDICTION_HEADER]
-        columns = np.column_stack([self.position, self.sigma, self.measured]) * 1e3
+        columns = np.column_stack([self.position, self.sigma, self.measured, self.parts]) * 1e3
         for label, row in zip(self.pose_id, columns, strict=True):
             lines.append(",".join([label, *(f"{x:.5f}" if np.isfinite(x) else "" for x in row)]))
         return "\n".join(lines) + "\n"
@@ -72,20 +79,23 @@ def predict_rows(model: Model, data: Measurements, place: bool = False) -> Predi
     placed = _place(model, data.rows(seen)) if place else None
     findings = [] if placed is None else [_placed_finding(placed)]
     known = model if placed is None else placed.model
+    if placed is not None and model.surest is not None:
+        known = replace(known, surest=_place(model.surest, data.rows(seen)).model)
     some = data.rows(good)
     some = replace(some, state=with_ordered_channels(known, some.state))
     findings += session_laws(model, data)
     state = some.state if data.tool_known else some.state.with_(T_flange_tcp=model.T_flange_tcp)
-    position, sigma, measured = np.full((len(data), 3), np.nan), *np.full((2, len(data)), np.nan)
+    position, parts = np.full((2, len(data), 3), np.nan)
     position[good] = predict(known, state)[:, :3, 3]
-    sigma[good] = predict_sigma(known, state, instrument=placed is None)
+    parts[good, 0], parts[good, 1] = sigma_parts(known, state)
     if placed is not None:
-        sigma[good] = np.hypot(sigma[good], _sigma_of_place(placed, state))
-    measured[good] = np.hypot(sigma[good], _noise(model, some))
+        parts[good, 0] = _sigma_placed(placed, state)
+    parts[good, 2] = _noise(model, some)
+    sigma, measured = np.hypot(parts[:, 0], parts[:, 1]), np.sqrt(np.sum(parts**2, axis=1))
     if placed is None:
         findings += _elsewhere(model, data, seen, position)
     findings += [*_left_out(model, state, data), *_beyond(model, state, data)]
-    return Prediction(data.pose_id, position, sigma, measured, tuple(findings))
+    return Prediction(data.pose_id, position, sigma, measured, parts, tuple(findings))
 
 
 def _noise(model: Model, data: Measurements) -> Array:
@@ -125,14 +135,35 @@ def _placed_finding(placed: Fit) -> Diagnostic:
     return Diagnostic("DAT035", "info", message, placed.data.source)
 
 
-def _sigma_of_place(placed: Fit, state: State) -> Array:
-    """Return (n,) standard deviation per axis [m] that the fitted instrument frame adds to predictions.
+def _sigma_placed(placed: Fit, state: State) -> Array:
+    """Return (n,) standard deviation per axis [m] by the parameters of a model whose instrument was placed anew.
+
+    With D_x the derivatives of measured positions by the frame, D_p those by the other parameters, whose covariance is
+    F F^T, the placed frame is off by D_x^+ (D_p F z + s w), z and w standard normal: what the model is off at the rows
+    that placed it, it takes up.
 
     Args:
         placed: the model with its fitted instrument frame; state: of the n rows.
     """
-    D = derivatives(placed.model, state, placed.parameters)[0]
-    return np.sqrt(np.einsum("nip,pq,niq->n", D, placed.covariance, D) / 3)
+    model, seen = placed.model, placed.problem.sensitivity.state
+    known = read_uncertainty(model)
+    if known is None:
+        return np.full(len(state), np.nan)
+    S = full_covariance(known)
+    names = (*known.parameters, *known.held)
+    counted = derivatives(model, state.rows(slice(0, 1)), names, instrument=False)[2]
+    size, axes = np.linalg.eigh(S[np.ix_(counted, counted)])
+    factor = axes * np.sqrt(np.maximum(size, 0.0))
+    names = tuple(name for name, one in zip(names, counted, strict=True) if one)
+    measured = placed.problem.weights.used[:, :3].ravel()
+    at_rows = derivatives(model, seen, placed.parameters)[0].reshape(len(measured), -1)[measured]
+    inverse = np.linalg.pinv(at_rows)
+    taken = inverse @ (derivatives(model, seen, names)[0] @ factor).reshape(len(measured), -1)[measured]
+    by_frame = derivatives(model, state, placed.parameters)[0]
+    off = derivatives(model, state, names)[0] @ factor - by_frame @ taken
+    scatter = np.sqrt(placed.scatter_of_parameters) / float(np.mean(placed.problem.weights.values[:, :3]))
+    noise = scatter * by_frame @ inverse
+    return np.asarray(np.sqrt((np.sum(off**2, axis=(1, 2)) + np.sum(noise**2, axis=(1, 2))) / 3))
 
 
 def _elsewhere(model: Model, data: Measurements, seen: NDArray[np.bool_], position: Array) -> Iterator[Diagnostic]:

@@ -99,7 +99,14 @@ def conversion_values(conversion: Conversion) -> dict[str, Any]:
         return {"schema": CONVERSION_SCHEMA, "statements": [], "diagnostics": findings}
     figures, accuracy, limits = judged.figures, judged.accuracy, judged.limits
     welds = [o for o in judged.outcomes if o.statement.signature.phase]
-    sure = accuracy and {"sigma_mm": _mm(accuracy.sigma), "within_95_percent_mm": _mm(accuracy.within_95)}
+    sure = accuracy and {
+        "sigma_mm": _mm(accuracy.sigma),
+        "within_95_percent_mm": _mm(accuracy.within_95),
+        "sigma_parts_mm": {
+            **{part: _mm(x) for part, x in zip(("parameters", "unexplained"), accuracy.parts, strict=True)},
+            "noise": model.fit.get("noise_mm"),
+        },
+    }
     drawn = judged.drawn  # where the arc burns, if it does, else along lines
     programmed = drawn and {
         "before_mm": _mm(drawn.before if drawn.arc_before is None else drawn.arc_before),

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from postproc.channels.state import State
 from postproc.compensation.correction.curve import Exact
 from postproc.compensation.correction.deviation import away_from_curves
 from postproc.compensation.path.motion import Motion
@@ -15,11 +16,12 @@ from postproc.diagnostics import Diagnostic, Source
 from postproc.model.arm import Model
 from postproc.model.controller import unknown_loads
 from postproc.model.scatter import remaining_fraction
-from postproc.model.uncertainty import beyond_range, predict_sigma
+from postproc.model.uncertainty import beyond_range, sigma_parts
 from postproc.model.undetermined import Undetermined, undetermined_under_load
 from postproc.motion.values import Index
 
 WITHIN_95 = 2.796  # 95 % of a three-dimensional normal error lie within so many standard deviations per axis
+HALF = 0.5
 _MOST_TARGETS_JUDGED = 500  # targets that are asked
 
 
@@ -30,11 +32,13 @@ class Accuracy:
     Args:
         sigma: standard deviation per axis, root mean square over all targets.
         within_95: distance that holds 95 % of the errors, at the worst target.
+        parts: standard deviations per axis there by the parameters, and by what no effect explains.
         undetermined: the part of it by parameters that no row determines, None where the rows determine all.
     """
 
     sigma: float
     within_95: float
+    parts: tuple[float, float]
     undetermined: Undetermined | None = None
 
 
@@ -114,11 +118,32 @@ def expect_accuracy(model: Model, motion: Motion, source: Source) -> tuple[Accur
     findings = [
         Diagnostic("CMP010", "warning", text + b.text, source, help=help_) for b in beyond_range(model, at_goals)
     ]
-    sigma = predict_sigma(model, at_goals, instrument=False)
+    findings += _left_out_far_away(model, at_goals, source)
+    parts = np.array(sigma_parts(model, at_goals, instrument=False))
+    sigma = np.hypot(*parts)
     if np.isnan(sigma).any():
         return None, findings
     undetermined = undetermined_under_load(model, at_goals, WITHIN_95)
-    return Accuracy(float(np.sqrt(np.mean(sigma**2))), float(WITHIN_95 * sigma.max()), undetermined), findings
+    by_parameters, unexplained = parts[:, int(np.argmax(sigma))].tolist()
+    within_95 = float(WITHIN_95 * sigma.max())
+    return Accuracy(float(np.sqrt(np.mean(sigma**2))), within_95, (by_parameters, unexplained), undetermined), findings
+
+
+def _left_out_far_away(model: Model, at_goals: State, source: Source) -> Iterator[Diagnostic]:
+    """CMP010 where effects that hold near the measured rows alone are left out of the correction by half or more."""
+    if model.surest is None or model.measured is None:
+        return
+    known = model.measured.known(at_goals)
+    far = int(np.sum(known < HALF))
+    if not far:
+        return
+    local = " and ".join(f"`{key}`" for key in model.fit.get("local", ()))
+    text = (
+        f"{local} holds near the measured rows alone, and {far} of {len(known)} targets are away from them: there the "
+        f"correction falls back to the rest of the model, by {100 * (1 - known.min()):.0f} % at the farthest"
+    )
+    help_ = "measure poses there too (`postproc plan`), and `postproc add` it anew"
+    yield Diagnostic("CMP010", "warning", text, source, help=help_)
 
 
 def _targets(motion: Motion) -> Index:
