@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.effects.roles import Role
-from postproc.estimation.evidence import CLOSE_EVIDENCE
 from postproc.estimation.posterior import Posterior, posterior_of
 from postproc.estimation.regions import Regions
 from postproc.estimation.residual_split import ResidualSplit, split_residual
@@ -19,8 +18,6 @@ from postproc.estimation.solution import Solution
 from postproc.measure.checks.repeats import Noise
 from postproc.measure.errors import rms
 
-ODDS = 2.0
-"""Odds before any data that a fitted model lacks something of the arm, to none."""
 NODES = 64
 """Values of the noise's variance that stand for its uncertainty."""
 
@@ -133,17 +130,6 @@ class Fit(Solution):
         return None if self.regions is None else rms(self.regions.after)
 
     @cached_property
-    def formula_uncertainty(self) -> float:
-        """Standard deviation per axis [m] that the uncertain form of a law without a name adds to predictions.
-
-        It is the difference to a form that is worse by odds of 50 to 1; 0 where the model has no such law.
-        """
-        if not self.unnamed:
-            return 0.0
-        numbers = self.serial * self.informative * len(self.problem.residual)
-        return float(np.sqrt(CLOSE_EVIDENCE * self.overconfidence * self._square / numbers))
-
-    @cached_property
     def posterior(self) -> Posterior:
         """What the rows and the priors say about the parameters together, at the parameters where the fit stands.
 
@@ -192,13 +178,13 @@ def excess_variance(total: float, dof: float, noise: float, noise_dof: float) ->
     """Return the posterior mean of the variance u^2 that a residual has in addition to the noise's n^2.
 
     A residual variance s^2 with nu degrees of freedom is (n^2 + u^2) chi^2_nu / nu, and that of the noise as estimated
-    n^2 chi^2_d / d. Before, the odds that something is lacking are h to 1, and if so, n^2 / (n^2 + u^2) is uniform in
-    0 .. 1; else u = 0. With k = nu / 2, x = k s^2 / n^2 and g_a = e^x x^-a gamma(a, x) (the lower incomplete gamma
+    n^2 chi^2_d / d. Before, something is lacking at even odds, and if so, n^2 / (n^2 + u^2) is uniform in 0 .. 1;
+    else u = 0. With k = nu / 2, x = k s^2 / n^2 and g_a = e^x x^-a gamma(a, x) (the lower incomplete gamma
     function) that is
 
-        E[u^2] / n^2 = h (g_k - g_(k+1)) / (1 + h g_(k+1)),
+        E[u^2] / n^2 = (g_k - g_(k+1)) / (1 + g_(k+1)),
 
-    averaged over n^2 with the weight n^-nu e^-x (1 + h g_(k+1)). It goes to s^2 - n^2 where that is many times its own
+    averaged over n^2 with the weight n^-nu e^-x (1 + g_(k+1)). It goes to s^2 - n^2 where that is many times its own
     uncertainty, and to 0 as many rows agree with the noise, but is not 0 because few rows prove nothing.
 
     Args:
@@ -211,7 +197,7 @@ def excess_variance(total: float, dof: float, noise: float, noise_dof: float) ->
         variance = noise * noise_dof / chdtri(noise_dof, (np.arange(NODES) + 0.5) / NODES)
     k = 0.5 * dof
     x = k * total / variance
-    first, second = (np.log(ODDS) + _log_scaled_gamma(a, x) for a in (k, k + 1.0))
+    first, second = (_log_scaled_gamma(a, x) for a in (k, k + 1.0))
     mean = variance * np.expm1(np.maximum(first - second, 0.0)) / (1.0 + np.exp(-second))
     weight = -k * np.log(variance) - x + np.logaddexp(0.0, second)
     weight = np.exp(weight - weight.max())

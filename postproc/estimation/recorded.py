@@ -31,7 +31,7 @@ def recorded_model(fit: Fit) -> Model:
     known = Uncertainty(after.names, after.covariance, pose_error_sigma(fit), after.unidentifiable, after.directions)
     regions = fit.regions
     if regions is not None:
-        known = replace(known, beyond=regions.beyond, measured=regions.field)
+        known = replace(known, beyond=_displaced(fit, regions.beyond), measured=regions.field)
     key, noise = fit.observed.key, fit.parts.level
     table: dict[str, Any] = {
         "rows": int(len(data) - len(fit.excluded)),
@@ -59,18 +59,21 @@ def recorded_model(fit: Fit) -> Model:
         return replace(fit.model, fit=table)
     surest, added = regions.surest, fit.model
     table["local"] = [e.key for e in added.effects if surest.effect(e.key) is None]
-    values = {e.key: [float(f"{x:.12g}") for x in e.vector()] for e in surest.effects}
-    table["surest"] = {e.key: values[e.key] for e in surest.effects if e != added.effect(e.key)}
+    table["surest"] = {e.key: [float(f"{x:.12g}") for x in e.vector()] for e in surest.effects}
     return replace(added, fit=table, surest=surest)
 
 
 def pose_error_sigma(fit: Fit) -> float:
     """Return the standard deviation per axis [m] of the model's error of the true position.
 
-    It contains what the residual shows and what uncertain formulas of drafted effects may hide. Errors of joint angles
-    and orientations are turned into displacements by their lever in the measured poses.
+    It contains what the residual shows near measured rows. Errors of joint angles and orientations are turned into
+    displacements by their lever in the measured poses.
     """
-    sigma = float(np.hypot(fit.unexplained, fit.formula_uncertainty))
+    return _displaced(fit, fit.unexplained)
+
+
+def _displaced(fit: Fit, sigma: float) -> float:
+    """Return a standard deviation [m], [rad] of angles, of what was observed as that of the position per axis [m]."""
     if fit.observed.name == "position":
         return sigma
     turns = fit.problem.lever[:, :3, :6] if fit.observed.name == "joint" else np.eye(3)[None]

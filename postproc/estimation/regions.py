@@ -17,6 +17,8 @@ from postproc.measure.errors import rms
 from postproc.model.arm import Model
 from postproc.model.field import COORDINATES, Field, coordinates
 
+FEWEST_ROWS = 30
+"""Measured rows from which on anything is said."""
 ROWS_JUDGED, ROWS_KEPT = 110, 250
 """Rows that the lengths are fitted to, and that tell afterwards where the arm was measured."""
 ORDINARY_LENGTH = 1.0
@@ -33,9 +35,9 @@ class Regions:
 
     Args:
         field: what the model before the addition lacks, as a random function.
-        lacking: standard deviation per axis [m] of that: what the model before leaves of the true pose anywhere.
-        beyond: the same of the model, where no row is near.
-        before, after: (r, 3) errors [m] of rows whose region was left out, by both models, region after region.
+        lacking: standard deviation [m], [rad] of angles, of each observed number of that: what the model before leaves
+            anywhere. beyond: the same of the model, where no row is near.
+        before, after: (r, w) errors [m], [rad] of rows whose region was left out, by both models, region after region.
         helps: whether the model predicts them better than the one before, beside what its parameters may be off there.
         surest: the model before, where the addition does not help there; else None.
     """
@@ -71,9 +73,9 @@ class LeftOut:
     """A region that was left out.
 
     Args:
-        inside: (n,) mask of its rows. before: (n, 3) errors [m] by the model before.
-        after: (n, 3) errors [m] by the model; nan where they do not count.
-        open_: (n, 3, k) what the parameters may be off there, one standard deviation [m] each.
+        inside: (n,) mask of its rows. before: (n, w) errors [m], [rad] of angles, of the w numbers of a row that are
+            observed, by the model before; after: the same by the model; nan where they do not count.
+        open_: (n, w, k) what the parameters may be off there, one standard deviation [m], [rad] each.
     """
 
     inside: NDArray[np.bool_]
@@ -91,7 +93,8 @@ class LeftOut:
         every[at] = np.column_stack([old, new, np.sqrt(fit.variance) * known])
         metres = np.full((*weights.values.shape, every.shape[1]), np.nan)
         metres[weights.used] = every / weights.values[weights.used][:, None]
-        return cls(inside, metres[:, :3, 0], metres[:, :3, 1], metres[:, :3, 2:])
+        metres = metres[:, fit.observed.columns]
+        return cls(inside, metres[..., 0], metres[..., 1], metres[..., 2:])
 
 
 def judged_by_regions(fit: Solution, lacking: tuple[Field, float], regions: Sequence[LeftOut]) -> Regions:
@@ -124,9 +127,9 @@ def judged_by_regions(fit: Solution, lacking: tuple[Field, float], regions: Sequ
         across = field.covariance(x[others], x[rows])
         told = field.covariance(x[others], x[others]) + max(field.noise, 1e-9) * np.eye(len(others))
         left = field.covariance(x[rows], x[rows]) - across.T @ np.linalg.solve(told, across)
-        known = region.open_[rows].reshape(3 * len(rows), -1)
+        known = region.open_[rows].reshape(region.after[rows].size, -1)
         lower = cholesky(level**2 * np.eye(len(known)) + known @ known.T, lower=True, check_finite=False)
-        first = solve_triangular(lower, np.kron(left, np.eye(3)), lower=True, check_finite=False)
+        first = solve_triangular(lower, np.kron(left, np.eye(region.after.shape[1])), lower=True, check_finite=False)
         second = solve_triangular(lower, first.T, lower=True, check_finite=False)
         size, axes = np.linalg.eigh(second)
         errors = np.column_stack([region.before[rows].ravel(), region.after[rows].ravel()])
@@ -147,23 +150,25 @@ def _some(index: NDArray[np.intp], most: int) -> NDArray[np.intp]:
 
 
 def lacking_field(fit: Solution) -> tuple[Field, float] | None:
-    """Return what a fitted model lacks as a random function, and its standard deviation per axis [m].
+    """Return what a fitted model lacks as a random function, and its standard deviation per axis [m], [rad] of angles.
 
-    Each axis of the position follows a function of its own, of one covariance. Its lengths l, and the ratio a of its
-    variance to that of the noise, are where restricted likelihood (Patterson and Thompson 1971) times prior is largest:
-    ln l is normal about an ordinary length with deviation 1, and a / (1 + a) uniform. None without 30 rows with
-    positions.
+    Each axis of what is observed follows a function of its own, of one covariance. Its lengths l, and the ratio a of
+    its variance to that of the noise, are where restricted likelihood (Patterson and Thompson 1971) times prior is
+    largest: ln l is normal about an ordinary length with deviation 1, and a / (1 + a) uniform. None without 30 measured
+    rows.
     """
     from scipy.linalg import cho_solve
     from scipy.optimize import minimize
 
     weights = fit.problem.weights
-    good = np.flatnonzero(weights.used[:, :3].all(axis=1))
-    if fit.observed.name != "position" or len(good) < 30:
+    columns = fit.observed.columns
+    width = columns.stop - columns.start
+    good = np.flatnonzero(weights.used[:, columns].all(axis=1))
+    if len(good) < FEWEST_ROWS:
         return None
     rows = _some(good, ROWS_JUDGED)
-    start = (np.cumsum(weights.used.ravel()) - 1)[weights.used.shape[1] * rows]
-    at = (start[:, None] + np.arange(3)).ravel()
+    start = (np.cumsum(weights.used.ravel()) - 1)[weights.used.shape[1] * rows + columns.start]
+    at = (start[:, None] + np.arange(width)).ravel()
     y = fit.linear.residual[at]
     left, size, _ = np.linalg.svd(fit.basis()[at], full_matrices=False)
     U = left[:, size > 1e-6 * max(size.max(initial=0.0), 1e-300)]
@@ -187,11 +192,11 @@ def lacking_field(fit: Solution) -> tuple[Field, float] | None:
         VU = (inverse @ U.reshape(count, -1)).reshape(len(y), -1)
         inner = U.T @ VU
         taken = np.linalg.solve(inner, VU.T)
-        w = (inverse @ y.reshape(count, 3)).ravel() - VU @ (taken @ y)
+        w = (inverse @ y.reshape(count, width)).ravel() - VU @ (taken @ y)
         rest = max(float(y @ w), 1e-300)
-        value = 0.5 * freedom * np.log(rest) + 3 * np.log(np.diag(lower)).sum() + 0.5 * np.linalg.slogdet(inner)[1]
-        P = 3 * inverse - np.einsum("xik,kyi->xy", VU.reshape(count, 3, -1), taken.reshape(-1, count, 3))
-        W = w.reshape(count, 3) @ w.reshape(count, 3).T
+        value = 0.5 * freedom * np.log(rest) + width * np.log(np.diag(lower)).sum() + 0.5 * np.linalg.slogdet(inner)[1]
+        P = width * inverse - np.einsum("xik,kyi->xy", VU.reshape(count, width, -1), taken.reshape(-1, count, width))
+        W = w.reshape(count, width) @ w.reshape(count, width).T
         change = 0.5 * (P - freedom / rest * W) * part
         slope = np.append(change.sum(), np.einsum("xy,xyd->d", change, square) * inverse_square)
         value += 0.5 * float(t[1:] @ t[1:]) - t[0] + 2 * np.log1p(ratio)
@@ -203,9 +208,9 @@ def lacking_field(fit: Solution) -> tuple[Field, float] | None:
     ratio, lengths = float(np.exp(best.x[0])), ordinary * np.exp(best.x[1:])
     part = ratio * np.exp(-0.5 * square @ np.exp(-2 * best.x[1:]))
     VU = np.linalg.solve(part + np.eye(count), U.reshape(count, -1)).reshape(len(y), -1)
-    Vy = np.linalg.solve(part + np.eye(count), y.reshape(count, 3)).ravel()
+    Vy = np.linalg.solve(part + np.eye(count), y.reshape(count, width)).ravel()
     noise = float(y @ Vy - (VU.T @ y) @ np.linalg.solve(U.T @ VU, VU.T @ y)) / freedom
-    unit = float(np.mean(weights.values[rows, :3]))
+    unit = float(np.mean(weights.values[rows, columns]))
     kept = every[np.ix_(_some(good, ROWS_KEPT), used)]
     field = Field(tuple(COORDINATES[i] for i in used), lengths, kept, 1.0 / ratio)
     return field, float(np.sqrt(ratio * noise)) / unit

@@ -16,6 +16,7 @@ from postproc.estimation.solving.rounding import with_judged_rounding
 from postproc.identification.curves.families import curve_forms
 from postproc.identification.diagnosis import Diagnosis, Verdict, lacks_fit, too_few
 from postproc.identification.refits import refit_all, thinned, with_channels_of, without
+from postproc.identification.regions import with_regions
 from postproc.identification.screen.candidate import Candidate
 from postproc.identification.screen.suspects import Suspect, by_channel
 from postproc.identification.search import search, with_curves_anew
@@ -77,6 +78,7 @@ def _diagnosed(
     searched = with_curves_anew(search(begin)).without_forms()
     del begin
     watch("all of it on all rows", 0.8)
+    watch("parts of the joint space left out", 0.7)
     named = searched.with_curves(())
     final = named.fit if start is base else refit_all(base, named.fit, named.keys)
     missing = _validated(named.missing, final)
@@ -92,7 +94,7 @@ def _diagnosed(
         verdict=verdict,
         base=base,
         final=final,
-        model=searched.fit if curves else final,
+        model=with_regions(searched.fit, named.fit) if curves else final,
         screened=start,
         searched=named.fit,
         missing=missing,

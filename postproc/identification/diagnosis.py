@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -13,12 +12,12 @@ from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic
 from postproc.estimation.findings import larger_noise, outlying_rows
 from postproc.estimation.fitted import Fit
-from postproc.estimation.held_out import contiguous_blocks, hold_out
 from postproc.estimation.problem import weighed_by
+from postproc.estimation.regions import Regions
 from postproc.identification.screen.candidate import Candidate
 from postproc.identification.screen.suspects import Suspect
 from postproc.measure.checks.repeats import scatters
-from postproc.measure.errors import CHANCE, chance_of_excess, rms
+from postproc.measure.errors import CHANCE, chance_of_excess
 
 Verdict = Literal["complete", "missing", "unknown"]
 
@@ -119,29 +118,20 @@ class Diagnosis:
     bound: float
     diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
 
-    @cached_property
-    def unnamed(self) -> float | None:
-        """Rms [m], [rad] of the searched rows with the suspected curves, their numbers held out; None without any.
-
-        Their form was chosen on all these rows: new rows are predicted no better, and often worse.
-        """
-        if not self.remaining:
-            return None
-        fit = self.searched
-        columns = [s.columns(fit.problem) for s in (self.remaining[0], *self.further)]
-        known = fit.linear.extended(np.hstack(columns))
-        out = hold_out(known.residual, known.nuisance, contiguous_blocks(fit.data.repeats)[known.row])
-        return rms(fit.problem.weights.measured(out)[:, fit.observed.columns])
-
     @property
     def untold(self) -> bool:
         """Whether nothing was found and the noise is not known, so that the residual may be noise or not."""
         return self.exceeds_noise is None and not self.missing and not self.remaining
 
     @property
+    def regions(self) -> Regions | None:
+        """What the curves that remain are worth in regions that their search has not seen; None without such curves."""
+        return self.model.regions
+
+    @property
     def misleading(self) -> bool:
-        """Whether held-out rows are predicted worse with the suspected curves than without them."""
-        return self.unnamed is not None and self.unnamed > self.searched.held_out_rms
+        """Whether curves remain that rows which their search has not seen do not confirm."""
+        return bool(self.remaining) and (self.regions is None or not self.regions.helps)
 
 
 def suspect_size(fit: Fit, suspect: Suspect) -> Array:

@@ -23,6 +23,10 @@ FIXED, ANEW = 12, 4
 """Regions that are left out at most: of a fit whose form is fixed, and where curves are searched anew each time."""
 
 
+NUMBERS_SEARCHED = 900
+"""Measured numbers that are searched anew at most: the search is repeated for every region."""
+
+
 def with_regions(fit: Fit, before: Fit) -> Fit:
     """Return a fit with what it is worth in regions that neither its parameters nor its choice of curves came from.
 
@@ -36,14 +40,15 @@ def with_regions(fit: Fit, before: Fit) -> Fit:
     if lacking is None:
         return fit
     state, regions = fit.data.state, []
-    if any(e.ordered_channels for e in fit.model.effects):
+    ordered = any(e.ordered_channels for e in fit.model.effects)
+    if ordered:
         # What follows the rows' order needs the rows before it.
         parts = np.arange(len(state)) * ANEW // len(state)
         masks = [parts == part for part in range(ANEW)]
     else:
         masks = parts_of_range(lacking[0], state, ANEW if fit.unnamed else FIXED)
     for mask in masks:
-        after = _chosen_anew(before, mask) if fit.unnamed else fit.linear
+        after = _chosen_anew(before, mask, ordered) if fit.unnamed else fit.linear
         regions.append(LeftOut.of(fit, before.linear, after, mask))
     found = judged_by_regions(fit, lacking, regions)
     if fit.unnamed and not found.helps:
@@ -51,13 +56,16 @@ def with_regions(fit: Fit, before: Fit) -> Fit:
     return replace(fit, regions=found)
 
 
-def _chosen_anew(before: Fit, inside: NDArray[np.bool_]) -> Linear:
+def _chosen_anew(before: Fit, inside: NDArray[np.bool_], ordered: bool) -> Linear:
     """Return a fit to all rows, beside whose parameters stand curves that were searched without some of the rows.
 
     Args:
         before: the fit without curves; inside: (n,) mask of the rows that the search does not see.
+        ordered: whether something follows the order of the rows, so that none may be left out between others.
     """
     kept = ~inside
+    if not ordered:
+        kept &= before.problem.subsample(NUMBERS_SEARCHED)
     kept[list(before.excluded)] = False
     terms = Terms(before.free, before.strength, closely=ROUGHLY)
     fit = fit_model(before.model, before.data.rows(kept), noise=before.noise.stated, terms=terms)

@@ -16,6 +16,7 @@ from postproc.grouping import grouped
 from postproc.identification.diagnosis import Diagnosis, law_of_suspect
 from postproc.identification.joint_curves import JointCurve, curves
 from postproc.identification.screen.candidate import Candidate
+from postproc.measure.errors import rms
 from postproc.numbers import mm, mm_or_none
 from postproc.report.blocks import (
     Bar,
@@ -45,7 +46,7 @@ from postproc.results.fit import (
 from postproc.results.sentences import MOST_RIVALS_NAMED, doubts, headline, title
 from postproc.results.wording import ANY_FUNCTION, p_text, place
 
-CHOSEN = "at best: its form was chosen on these rows"
+LEFT_OUT = "in parts of the joint space left out, searched anew"
 TELLING_CHANCE = 0.05
 """Chance below which a candidate stands in the ranking on the terminal; the first FEWEST and no more than MOST do.
 
@@ -141,7 +142,8 @@ def diagnosis_values(d: Diagnosis) -> Values:
             for s in d.remaining
         ],
         key("floor"): mm_or_none(d.floor),
-        f"{key('rms')}_unnamed": mm_or_none(d.unnamed),
+        f"{key('rms')}_unnamed": None if d.regions is None else mm(rms(d.regions.after)),
+        f"{key('rms')}_unnamed_before": None if d.regions is None else mm(rms(d.regions.before)),
         "searched": {"rows": len(d.searched.data), key("held_out_rms"): mm_or_none(d.searched.held_out_rms)},
         key("bound"): mm_or_none(d.bound),
         "blind_to": [{"effect": k, "why": why} for k, why in d.blind.items()],
@@ -206,7 +208,9 @@ def _figures(d: Diagnosis, values: Values) -> list[Figure]:
         Figure("noise", values[kind.key("floor")], unit=kind.unit),
         *verdict_figures(values),
         Figure("error with it", values[f"{error}_after"] if d.missing else None, "after", kind.unit),
-        Figure("error with what has no name, at best", values[f"{kind.key('rms')}_unnamed"], "after", kind.unit),
+        Figure(
+            "error in parts left out with what has no name", values[f"{kind.key('rms')}_unnamed"], "after", kind.unit
+        ),
     ]
 
 
@@ -238,11 +242,9 @@ def _ladder(d: Diagnosis, values: Values, steps: Any) -> Section:
     rungs = [Bar(BASE_LABEL, 1e3 * d.base.held_out_rms)]
     rungs += [Bar(f"+ {m.key}", 1e3 * m.held_out_after, place(m.label)) for m in d.missing]
     names = [BASE_LABEL, *(rung.name for rung in rungs[1:][-1:])]
-    if d.unnamed is not None:
-        some, every = len(d.searched.data), len(d.base.data)
-        # Its numbers are held out, its form is not.
-        part = f", {some} of {every}; without it {1e3 * d.searched.held_out_rms:.3f}" if some < every else ""
-        rungs.append(Bar("+ what was found, without a name", 1e3 * d.unnamed, CHOSEN + part))
+    if d.regions is not None:
+        note = f"{LEFT_OUT}; without it {1e3 * rms(d.regions.before):.3f}"
+        rungs.append(Bar("+ what was found, without a name", 1e3 * rms(d.regions.after), note))
     rungs.append(Bar(ANY_FUNCTION, 1e3 * d.bound))
     bars = Bars(rungs, floor, ANY_FUNCTION, kind.unit, names if len(names) > 1 else ())
 

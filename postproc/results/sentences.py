@@ -7,10 +7,12 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from postproc.diagnostics import joined
+from postproc.estimation.regions import Regions
 from postproc.estimation.solving.smooth import effective_parameters
 from postproc.identification.diagnosis import Diagnosis, suspect_size, too_few
 from postproc.identification.screen.candidate import Candidate
 from postproc.identification.screen.suspects import Suspect
+from postproc.measure.errors import rms
 from postproc.results.wording import place
 
 MOST_RIVALS_NAMED = 3
@@ -79,14 +81,13 @@ def _named_together(d: Diagnosis) -> str:
 
 def _fall(d: Diagnosis) -> str:
     """Say how far the error falls with what is missing, what the curve that remains adds, and what the noise is."""
-    unnamed = d.unnamed if d.verdict == "unknown" and not d.misleading else None
+    regions = d.regions if d.verdict == "unknown" and not d.misleading else None
     first, last = f"{1e3 * d.base.held_out_rms:.3f}", f"{1e3 * d.final.held_out_rms:.3f} {_unit(d)}"
     fell = f"With {'them' if len(d.missing) > 1 else 'it'}, the error on rows the fit has not seen "
-    if unnamed is None:
+    if regions is None:
         fell += f"falls from {first} to {last}"
     else:
-        fell += f"is {last}, without {first}; the curve that remains brings it to {1e3 * unnamed:.3f} on the rows on "
-        fell += "which its form was chosen"
+        fell += f"is {last}, without {first}; {_in_parts(regions)}"
     little = joined([f"`{key}`" for key in of_little_worth(d)])
     worth = f" Significant, but worth next to nothing: {little}." if little else ""
     return f"{fell}.{_noise(d)}{worth}"
@@ -112,11 +113,19 @@ def _remaining(d: Diagnosis, s: Suspect) -> str:
     if lacking := to_record(d):
         columns = joined([f"`{name}`" for name in lacking])
         advice = f"Record {columns} first: the curve may stand for what that would tell."
+    elif d.regions is None:
+        advice = "Rows the fit has not seen do not confirm it: look there, and measure more."
     elif d.misleading:
-        advice = (
-            "Rows the fit has not seen are predicted worse with it: look there, and measure more before you add it."
-        )
+        advice = f"It holds near the measured rows at best: {_in_parts(d.regions)}. Measure more before you add it."
+    else:
+        advice = f"I{_in_parts(d.regions)[1:]}. {advice}"
     return f"{follows} {advice}"
+
+
+def _in_parts(regions: Regions) -> str:
+    """Return a clause on the error in parts of the joint space that the search for a curve has not seen."""
+    before, after = 1e3 * rms(regions.before), 1e3 * rms(regions.after)
+    return f"in parts of the joint space left out it takes the error from {before:.3f} to {after:.3f}"
 
 
 def _would_tell(d: Diagnosis) -> str:

@@ -333,14 +333,3 @@ def test_what_only_says_the_same_in_other_axes_is_not_listed_as_not_determined()
     assert same <= {names[i] for key, i in after.unknown if key == "link_geometry"}
     assert same.isdisjoint(name.removeprefix("link_geometry.") for name in listed)
     assert set(recorded_model(after).fit["not_identifiable"]) <= set(listed)
-
-
-def test_a_law_without_a_name_is_less_sure_than_a_known_one():
-    """Beside equal parameters, by a chi-square of 2 ln 50 over the numbers that were measured."""
-    data, _ = cell(seed=11)
-    chosen, known = (fit_model(base_fit(data).model, data, [law(size_rad=1e-4)], noise=NOISE) for law in (Guess, Known))
-    np.testing.assert_allclose(chosen.covariance, known.covariance, rtol=1e-3)
-    expected = np.sqrt(2 * np.log(50) / (3 * len(data))) * NOISE
-    assert known.formula_uncertainty == 0.0 and chosen.formula_uncertainty == pytest.approx(expected, rel=0.15)
-    sure, less = (recorded_model(fit).fit["unexplained_mm"] for fit in (known, chosen))
-    assert less == pytest.approx(np.hypot(sure, 1e3 * chosen.formula_uncertainty), rel=1e-3) and less > sure

@@ -61,9 +61,13 @@ def test_measurements_lie_within_the_deviation_of_a_measurement(repeats):
 def test_the_two_deviations_are_written():
     data, true = cell(seed=500)
     lines = predict_rows(recorded_model(base_fit(data)), true).as_csv().splitlines()
-    assert lines[0] == "pose_id,x_mm,y_mm,z_mm,sigma_mm,sigma_measured_mm" and len(lines) == len(true) + 1
-    pose, measured = (float(x) for x in lines[1].split(",")[4:])
+    words = "sigma_mm,sigma_measured_mm,sigma_parameters_mm,sigma_unexplained_mm,sigma_noise_mm"
+    assert lines[0] == f"pose_id,x_mm,y_mm,z_mm,{words}" and len(lines) == len(true) + 1
+    pose, measured, *parts = (float(x) for x in lines[1].split(",")[4:])
     assert measured == pytest.approx(np.hypot(pose, 0.03), rel=0.2)
+    assert pose == pytest.approx(np.hypot(*parts[:2]), abs=2e-5) and measured == pytest.approx(
+        np.linalg.norm(parts), abs=2e-5
+    )
 
 
 def test_a_row_of_another_length_keeps_its_place():
@@ -72,7 +76,7 @@ def test_a_row_of_another_length_keeps_its_place():
     lines[4] += ",7"
     told = predict_rows(recorded_model(fit), read_measurements(source(lines), ARM, measured=False))
     rows = told.as_csv().splitlines()[1:]
-    assert len(rows) == 30 and rows[3] == f"{lines[4].split(',')[0]},,,,,"
+    assert len(rows) == 30 and rows[3] == f"{lines[4].split(',')[0]}{8 * ','}"
     assert all(rows[4].split(","))
 
 

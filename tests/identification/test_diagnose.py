@@ -30,7 +30,8 @@ from postproc.identification.compare import compare, joint_errors, residual_tren
 from postproc.identification.diagnose import diagnose
 from postproc.identification.joint_curves import curves
 from postproc.identification.plan import plan_poses
-from postproc.identification.predict import predict_rows
+from postproc.identification.predict import PREDICTION_HEADER, predict_rows
+from postproc.measure.errors import rms
 from postproc.results.addition import addition_values
 from postproc.results.comparison import comparison_values
 from postproc.results.diagnosis import diagnosis_values
@@ -195,13 +196,15 @@ def test_a_law_outside_the_library_is_unknown_with_its_channel_and_its_error():
     found = hidden_found(strange.angle_step, seed=401)
     first = found.remaining[0]
     assert found.verdict == "unknown" and first.where == f"joint {first.channel[1]}"
-    assert 0.8 * found.floor < found.unnamed < 1.2 * found.floor < 0.6 * found.base.held_out_rms
+    assert found.regions is not None and not found.misleading
+    before, after = (rms(error) for error in (found.regions.before, found.regions.after))
+    assert 0.8 * found.floor < after < 2 * found.floor < 0.7 * before
     values = diagnosis_values(found)
-    assert 1e3 * found.unnamed == pytest.approx(values["rms_mm_unnamed"], abs=1e-5)
-    assert not any("unnamed" in key for key in values if key.startswith("held_out"))
+    assert 1e3 * after == pytest.approx(values["rms_mm_unnamed"], abs=1e-5)
+    assert 1e3 * before == pytest.approx(values["rms_mm_unnamed_before"], abs=1e-5)
     table = text_of(found).split("The error on rows that the fit has not seen")[1].splitlines()
-    assert re.match(rf" *\+ what was found, without a name +{1e3 * found.unnamed:.3f}", table[2])
-    assert "at best: its form was chosen on these rows" in table[2]
+    assert re.match(rf" *\+ what was found, without a name +{1e3 * after:.3f}", table[2])
+    assert "in parts of the joint space left out, searched anew; without it" in table[2]
 
 
 def test_json_keeps_its_contract_and_text_speaks_first():
@@ -282,7 +285,7 @@ def test_adding_prints_the_ladder_down_to_the_floor():
     assert j["schema"] == "postproc/fit/1" and [s["step"] for s in j["ladder"]] == ["base", "+ backlash", "+ arm_load"]
     assert "without backlash" in text_of(added) and f"the noise is {1e3 * added.floor:.3f} mm" in text_of(added)
     found = predict_rows(added.model, true)
-    assert found.as_csv().splitlines()[0] == "pose_id,x_mm,y_mm,z_mm,sigma_mm,sigma_measured_mm"
+    assert found.as_csv().splitlines()[0] == PREDICTION_HEADER
     assert np.mean(np.abs(found.position - true.position) < 1.96 * found.sigma[:, None]) > 0.85
     one = single(data)
     text = text_of(add_effects(base_fit(one).model, one, ["backlash"]))

@@ -152,7 +152,7 @@ def _found(verdict: str, missing: Sequence[Candidate] = (), **fields: Any) -> An
         "exceeds_noise": False,
         "untold": False,
         "misleading": False,
-        "unnamed": None,
+        "regions": None,
         "remaining": (),
         "floor": None,
     }
@@ -208,12 +208,17 @@ def test_a_users_own_effect_stands_in_the_ranking_however_little_it_does():
     assert [ranked[i].key for i in brief_ranking(ranked)] == ["backlash", "arm_load", "session", "gear_step"]
 
 
-@pytest.mark.parametrize(("unnamed", "misleads"), [(None, False), (0.9e-4, False), (1.1e-4, True)])
-def test_a_pattern_that_predicts_unseen_rows_worse_is_no_law_to_add(unnamed, misleads):
-    fit = SimpleNamespace(held_out_rms=1e-4)
-    assert Diagnosis.misleading.fget(SimpleNamespace(unnamed=unnamed, searched=fit)) is misleads
-    text = headline(_found("unknown", remaining=[_suspect("q2", "base", "growing", 0.95)], misleading=misleads))
-    assert ("predicted worse" in text, "`postproc add` adds it" in text) == (misleads, not misleads)
+@pytest.mark.parametrize("helps", [True, False, None])
+def test_a_pattern_that_parts_left_out_do_not_confirm_is_no_law_to_add(helps):
+    after = np.full((4, 3), 0.9e-4)
+    regions = None if helps is None else SimpleNamespace(before=np.full((4, 3), 1e-4), after=after, helps=helps)
+    remaining = [_suspect("q2", "base", "growing", 0.95)]
+    misleads = Diagnosis.misleading.fget(SimpleNamespace(regions=regions, remaining=remaining))
+    assert misleads is not bool(helps)
+    text = headline(_found("unknown", remaining=remaining, misleading=misleads, regions=regions))
+    assert ("Measure more before you add it" in text, "`postproc add` adds it" in text) == (helps is False, bool(helps))
+    assert ("left out it takes the error from 0.100 to 0.090" in text) == (regions is not None)
+    assert ("do not confirm it" in text) == (regions is None)
     weak = _found("unknown", remaining=[_suspect("q2", "base", "growing", 0.4)])
     assert "Record `dir1` to `dir6` and `payload_kg` first" in headline(weak)
     weak.base.data.state = SimpleNamespace(channels={}, approach=1, payload_mass=1)
@@ -221,12 +226,13 @@ def test_a_pattern_that_predicts_unseen_rows_worse_is_no_law_to_add(unnamed, mis
 
 
 def test_a_name_beside_what_remains_is_told_by_the_error_of_both():
-    """No figure of the pattern is called one of rows that the fit has not seen: its choice has seen them all."""
+    """The figure of the pattern is that of parts of the joint space which its choice has not seen."""
     line = _missing("transmission_error", "joint 1, order 5", held_out_after=0.99e-4)
-    found = _found("unknown", [line], remaining=[_suspect("operator", "tool", "step", 0.9)], unnamed=5.7e-5)
+    regions = SimpleNamespace(before=np.full((4, 3), 1.2e-4), after=np.full((4, 3), 5.7e-5), helps=True)
+    found = _found("unknown", [line], remaining=[_suspect("operator", "tool", "step", 0.9)], regions=regions)
     text = headline(found)
     assert "With it, the error on rows the fit has not seen is 0.100 mm per axis, without 0.100;" in text
-    assert "the curve that remains brings it to 0.057 on the rows on which its form was chosen." in text
+    assert "in parts of the joint space left out it takes the error from 0.120 to 0.057." in text
     assert "worth next to nothing" not in text
     found.verdict = "missing"
     assert of_little_worth(found) == ["transmission_error"]

@@ -87,8 +87,7 @@ def applicable_model(model: Model, events: Sequence[MotionEvent], options: Optio
         keys = {effect.key for effect in kept}
         sure = [e for e in model.surest.effects if e.key in keys]
         tools = (_carry_tool(model, e, events)[0] if e.role is Role.TOOL_FRAME else e for e in sure)
-        surest = model.surest.with_effects(*filter(None, tools))
-        real = replace(real, surest=corrected_by_controller(surest, options.already))
+        real = replace(real, surest=model.surest.with_effects(*filter(None, tools)))
     return real, findings
 
 

@@ -16,7 +16,7 @@ from postproc.model.equilibrium import active_bodies, carries_load, predict, uns
 from postproc.model.loads import loaded_state
 from postproc.robot.closed_form import inverse
 from postproc.robot.kinematics import forward, jacobian
-from postproc.robot.pose import between, pose_error
+from postproc.robot.pose import pose_error
 
 INVERSE_SWEEPS = 30
 # Start joints farther from the pose [m, rad] than this are replaced by the nearest closed-form solution.
@@ -25,6 +25,7 @@ SAME_ARM = 1e-6  # axes 1 to 3 that differ by less [rad] are one shoulder and el
 INVERSE_DAMPING = 1e-3  # of the Jacobian's singular values [m or rad per rad]
 INVERSE_TOLERANCE_M = 1e-9  # largest residual
 PATIENCE = 6  # sweeps of Newton steps before the closed form takes over for the poses that are left
+BETWEEN_STEPS = 2  # Newton steps from between two models: the first leaves a micrometre of a millimetre
 PROVED_M = 1e-7  # what a deflection may still move in the proof: a hundredth of the usual tolerance
 
 
@@ -59,11 +60,6 @@ def command(model: Model, state: State, T_base_tcp: Array) -> Commands:
         PostprocError: MOD010, the deflection does not settle.
     """
     desired = np.asarray(T_base_tcp, dtype=float).reshape(-1, 4, 4)
-    if model.surest is not None and model.measured is not None:
-        near, far = command(replace(model, surest=None), state, desired), command(model.surest, state, desired)
-        share = model.measured.known(state)
-        q = far.q + share[:, None] * (near.q - far.q)
-        return Commands(q, between(far.T_base_tcp, near.T_base_tcp, share), np.maximum(far.residual_m, near.residual_m))
     if model.controller is not None:
         # The joint angles come from the whole model; the pose to write is the one that the controller assigns to them.
         solution = command(_real_arm(model), state, desired)
@@ -71,10 +67,34 @@ def command(model: Model, state: State, T_base_tcp: Array) -> Commands:
         nominal = command(rigid(model), state.with_(q=solution.q), T_commanded)
         return Commands(nominal.q, T_commanded, np.maximum(solution.residual_m, nominal.residual_m))
     state = model.with_arm(state)
+    if model.surest is not None and model.measured is not None:
+        return _between(model, state, desired)
     # Work on batches that stay in the processor's cache: twice as fast as 20,000 poses at once.
     done = [_command(model, state.rows(b), desired[b]) for b in blocks(max(len(state), 1))]
     q, residual = np.concatenate([d[0] for d in done]), np.concatenate([d[1] for d in done])
     return Commands(q, forward(model.robot, q) @ state.T_flange_tcp, residual)
+
+
+def _between(model: Model, state: State, desired: Array) -> Commands:
+    """Return the commands of a model of which a part holds near the measured rows alone; arguments as in `command`.
+
+    They begin between those with and without that part, and go on by Newton steps on the model itself.
+    """
+    near, far = (command(m, state, desired).q for m in (replace(model, surest=None), model.surest or model))
+    known = np.ones(len(state)) if model.measured is None else model.measured.known(state)
+    q = far + known[:, None] * (near - far)
+    for _ in range(BETWEEN_STEPS):
+        error = pose_error(predict(model, state.with_(q=q), PROVED_M), desired)
+        q = q + np.einsum("nij,nj->ni", _newton(model, state.with_(q=q)), error)
+    error = pose_error(predict(model, state.with_(q=q), PROVED_M), desired)
+    return Commands(q, forward(model.robot, q) @ state.T_flange_tcp, np.abs(error).max(axis=1, initial=0.0))
+
+
+def _newton(model: Model, state: State) -> Array:
+    """Return damped inverses J^T (J J^T + lambda^2)^-1 (n, 6, 6) of the nominal Jacobian, finite at singular poses."""
+    J = jacobian(model.robot, state.q, state.T_flange_tcp)
+    Jt = np.swapaxes(J, 1, 2)
+    return np.asarray(Jt @ np.linalg.inv(J @ Jt + INVERSE_DAMPING**2 * np.eye(6)))
 
 
 def reached(model: Model, state: State) -> Array:
@@ -161,10 +181,7 @@ def _sweeps(model: Model, state: State, desired: Array, most: int) -> tuple[Arra
             theta = _nearest(model, T_flange, theta)
         else:
             if newton is None:
-                # Damped inverses J^T (J J^T + lambda^2)^-1 of the nominal Jacobian, finite at singular poses.
-                J = jacobian(model.robot, theta, state.T_flange_tcp)
-                Jt = np.swapaxes(J, 1, 2)
-                newton = Jt @ np.linalg.inv(J @ Jt + INVERSE_DAMPING**2 * np.eye(6))
+                newton = _newton(model, state.with_(q=theta))
             theta = theta + np.einsum("nij,nj->ni", newton, error)
     return theta - deflection.joint, residual
 

@@ -16,6 +16,7 @@ from postproc.estimation.recorded import recorded_model
 from postproc.identification.add import grown
 from postproc.identification.diagnose import diagnose
 from postproc.identification.diagnosis import Diagnosis
+from postproc.measure.errors import rms
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
@@ -107,7 +108,12 @@ def run(one: Set, true_error: float | None = None) -> dict[str, Any]:
     result: dict[str, Any] = {"fit_s": fitted - begin, "diagnose_s": found - fitted, "rows": len(one.data)}
     result |= answer(d)
     before, after = error(base.model, one.true), error(d.final.model, one.true)
-    result |= {"before": before, "after": after, "unnamed": d.unnamed, "claimed": d.final.held_out_rms}
+    result |= {
+        "before": before,
+        "after": after,
+        "unnamed": None if d.regions is None else rms(d.regions.after),
+        "claimed": d.final.held_out_rms,
+    }
     result["memory_mb"] = peak_mb()
     if one.whole is not None:
         result |= held_out(d.final, one.true, one.whole)
