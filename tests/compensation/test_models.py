@@ -11,12 +11,14 @@ from scipy.spatial.transform import Rotation
 
 from postproc import text as text_of
 from postproc.arrays import GRAVITY
+from postproc.channels.state import State
 from postproc.compensation.correction.inverse import command
 from postproc.compensation.judgement.accuracy import WITHIN_95
 from postproc.diagnostics import PostprocError
 from postproc.effects.library.joints.joint_compliance import JointCompliance
 from postproc.effects.library.joints.joint_offset import JointOffset
 from postproc.model.arm import Model
+from postproc.model.field import Field
 from postproc.model.file import default_model
 from postproc.rapid.data.pose import pose_mult
 from postproc.rapid.data.records import Pose
@@ -278,6 +280,28 @@ def test_outside_the_measured_range() -> None:
     (finding,) = findings(outside, "CMP010")
     assert "joint 1" in finding.message and "-10.0" in finding.message
     assert outside.exit_code == 0 and findings(inside, "CMP010") == []
+
+
+@pytest.mark.parametrize(("turned", "share"), [(0.0, 1.0), (0.3, None), (3.0, 0.0)])
+def test_what_holds_near_measured_rows_alone_is_left_out_of_a_program_away_from_them(turned, share) -> None:
+    """Rows at the program's own joint angles, or turned away from these about axis 1."""
+    held = model(offset(5e-4))
+    plain = convert(TWO, held, force=NO_FORCE)
+    assert plain.plan is not None
+    motion = plain.plan.motion
+    rows = motion.at(motion.samples.goal[[0, -1]]).q + turned * np.eye(6)[0]
+    near = Field(tuple(f"q{j + 1}" for j in range(6)), np.full(6, 0.5), rows, 1e-6)
+    table = {"measured": near.table(), "local": ["joint_offset"]}
+    part = convert(TWO, replace(held, fit=table, surest=held.with_effects()), force=NO_FORCE)
+    told = near.known(State(rows - turned * np.eye(6)[0]))
+    np.testing.assert_allclose(shifts(part), told[:, None] * shifts(plain), atol=2e-3)
+    assert part.exit_code == 0
+    if share is not None:
+        assert told == pytest.approx(share, abs=0.01)
+    far = findings(part, "CMP010")
+    assert bool(far) == bool((told < 0.5).any())
+    if share == 0.0:
+        assert "falls back to the rest of the model, by 100 %" in far[0].message and "`joint_offset`" in far[0].message
 
 
 def test_nothing_is_claimed_where_nothing_was_measured() -> None:
