@@ -28,6 +28,8 @@ KINDS: dict[str, tuple[int, Callable[[str, int], Set]]] = {
     **{kind: (count, ordered_set) for kind, count in in_order.KINDS.items()},
 }
 """How many different sets there are of each kind that is judged after `add`, and what draws them."""
+PLACES = {"region": "outside", "near": "inside", "unseen": "later"}
+"""Where a model is worse, by the name of the rows: outside of what was measured, inside, in other rows of its history."""
 WORSE = 1.1
 """Error after `add`, in that of the first model, above which a model has become worse."""
 
@@ -60,7 +62,7 @@ def run(one: Set, true_error: float | None = None) -> dict[str, Any]:
         improved, declined = first, " ".join(sorted(codes))
     result |= {"add_s": time.process_time() - found, "half": "outside" if one.truth.outside else "library"}
     result["asked"] = {name: compared(first, improved, one, mask) for name, mask in one.asked.items()}
-    worse = [name for name, x in result["asked"].items() if x["improved"] > WORSE * x["first"]]
+    worse = [PLACES[name] for name, x in result["asked"].items() if x["improved"] > WORSE * x["first"]]
     result["added"] = f"declined {declined}" if declined else "worse " + " and ".join(worse) if worse else "right"
     named = [k for k in result["named"] if k not in ABOUT_DATA]
     result |= judge(one.truth, d.verdict, named, result["alike"], result["suspects"])
