@@ -9,13 +9,18 @@ import numpy as np
 import pytest
 from scipy.stats import ks_2samp
 
+from postproc.diagnostics import PostprocError
 from postproc.estimation.recorded import recorded_model
+from postproc.identification.predict import Prediction, predict_rows
+from postproc.measure.measurements import Measurements
+from postproc.model.arm import Model
 from tests.bench.diagnosis import addition, card, octants
 from tests.bench.diagnosis.in_order import KINDS as HISTORIES
 from tests.bench.diagnosis.in_order import history, ordered_set
 from tests.bench.diagnosis.in_order import recipe_of as recipe_in_order
 from tests.bench.diagnosis.judge import base_fit
 from tests.bench.diagnosis.regions import COUNT, recipe_of, region_of, region_set
+from tests.bench.diagnosis.sets import Set
 from tests.independent import arm as A
 from tests.independent import history as H
 from tests.independent.hidden_effects import Kind
@@ -134,6 +139,31 @@ def test_where_nothing_is_named_the_first_model_stays() -> None:
     assert found["added"] == "right" and found["word"] == "right" and not found["named"]
     for x in found["asked"].values():
         assert x["improved"] == x["first"] < 0.5 * found["noise"] and x["inside"] > 0.9
+
+
+def test_where_predict_refuses_the_improved_model_the_first_one_stays(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refusing(model: Model, data: Measurements) -> Prediction:
+        if model.effect("backlash") is not None and "DAT034" not in data.accepted:
+            raise PostprocError.of("DAT034", "of another session", data.source)
+        return predict_rows(model, data)
+
+    monkeypatch.setattr(addition, "predict_rows", refusing)
+    found = addition.run(region_set("regions", 2), true_error=1.0)
+    assert found["named"] == ["backlash"] and found["added"] == "declined DAT034"
+    for where, x in found["asked"].items():
+        assert x["improved"] == x["first"] > 5 * found["accepted"][where]["improved"]
+
+
+@pytest.mark.parametrize(("factor", "word"), [(1.05, "right"), (1.15, "worse outside")])
+def test_a_model_that_is_a_tenth_worse_is_called_so(factor: float, word: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Here in the region alone, beside which the error is the same."""
+    one = region_set("regions", 0)
+
+    def figures(first: Model, improved: Model, asked: Set, rows: np.ndarray) -> dict[str, float]:
+        return {"first": 1e-4, "improved": 1e-4 * (factor if rows is one.asked["region"] else 1.0)}
+
+    monkeypatch.setattr(addition, "compared", figures)
+    assert addition.run(one, true_error=1.0)["added"] == word
 
 
 def test_an_error_is_told_where_it_is_and_by_what_the_model_states() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,8 @@ KINDS: dict[str, tuple[int, Callable[[str, int], Set]]] = {
     **{kind: (count, ordered_set) for kind, count in in_order.KINDS.items()},
 }
 """How many different sets there are of each kind that is judged after `add`, and what draws them."""
+PLACES = {"region": "outside", "near": "inside", "unseen": "later"}
+"""Where a model is worse, by the name of the rows: outside of what was measured, inside, in other rows of its history."""
 WORSE = 1.1
 """Error after `add`, in that of the first model, above which a model has become worse."""
 
@@ -36,7 +39,8 @@ def run(one: Set, true_error: float | None = None) -> dict[str, Any]:
 
     `asked`: by the name of a group of rows, the error of the first model and the improved one, the share of coordinates
     inside their 95 % intervals, and the stated standard deviation. `added`: right, or where the improved one is worse;
-    declined where `predict` refuses the improved model for these rows, and the first one stays.
+    declined where `predict` refuses the improved model for these rows, and the first one stays. `accepted`: the figures
+    of one who accepts what it refuses.
     """
     assert one.truth is not None and one.noise is not None
     begin = time.process_time()
@@ -52,10 +56,13 @@ def run(one: Set, true_error: float | None = None) -> dict[str, Any]:
         predict_rows(improved, one.true)
         declined = ""
     except PostprocError as why:
-        improved, declined = first, " ".join(x.code for x in why.diagnostics)
+        codes = {x.code for x in why.diagnostics}
+        told = replace(one, true=replace(one.true, accepted=frozenset(codes)))
+        result["accepted"] = {name: compared(first, improved, told, mask) for name, mask in one.asked.items()}
+        improved, declined = first, " ".join(sorted(codes))
     result |= {"add_s": time.process_time() - found, "half": "outside" if one.truth.outside else "library"}
     result["asked"] = {name: compared(first, improved, one, mask) for name, mask in one.asked.items()}
-    worse = [name for name, x in result["asked"].items() if x["improved"] > WORSE * x["first"]]
+    worse = [PLACES[name] for name, x in result["asked"].items() if x["improved"] > WORSE * x["first"]]
     result["added"] = f"declined {declined}" if declined else "worse " + " and ".join(worse) if worse else "right"
     named = [k for k in result["named"] if k not in ABOUT_DATA]
     result |= judge(one.truth, d.verdict, named, result["alike"], result["suspects"])
