@@ -14,6 +14,7 @@ from postproc.measure.checks.repeats import Noise, estimate_noise
 from postproc.measure.errors import CHANCE, DOUBTFUL_CHANCE, chance_of_excess, distances
 from postproc.measure.measurements import Measurements
 from postproc.measure.trajectory import is_record
+from postproc.model.arm import Model
 from postproc.model.uncertainty import predict_sigma
 from postproc.numbers import mm
 
@@ -29,9 +30,14 @@ MOST_ROWS_NAMED = 9
 def data_findings(fit: Fit) -> list[Diagnostic]:
     """Return findings on the data of a fit: an impossible noise, excluded rows, rows far off the fitted model ..
 
-    They are DAT013, DAT025, DAT027, DAT032 and DAT037.
+    They are DAT013, DAT014, DAT025, DAT027, DAT032 and DAT037.
     """
-    findings = [*subsample_findings(fit.data), *impossible_noise(fit), *one_path(fit)]
+    findings = [
+        *subsample_findings(fit.data),
+        *derived_sides(fit.model, fit.data),
+        *impossible_noise(fit),
+        *one_path(fit),
+    ]
     noise, stated, unit = larger_noise(fit), fit.noise, fit.observed.unit
     if noise is not stated and chance_of_excess(_ratio(noise, stated), noise.dof, np.inf) < DOUBTFUL_CHANCE:
         message = (
@@ -63,6 +69,16 @@ def subsample_findings(data: Measurements) -> list[Diagnostic]:
         return []
     message = f"of {data.whole} rows {len(data)} are used, taken from all over the table"
     return [Diagnostic("DAT037", "info", message, data.source, help="so many leave nothing uncertain")]
+
+
+def derived_sides(model: Model, data: Measurements) -> list[Diagnostic]:
+    """Return DAT014 where the model follows sides of approach that no column states; an empty list otherwise."""
+    users = [f"`{e.key}`" for e in model.effects if "approach" in e.reads and not e.is_null]
+    if not (data.sides_from and users):
+        return []
+    message = f"{joined(users)} takes the side from which a joint came from the pose before, by {data.sides_from}"
+    help_ = "where the arm went elsewhere in between, record the sides in columns dir1 .. dir6"
+    return [Diagnostic("DAT014", "info", message, data.source, help=help_)]
 
 
 def impossible_noise(fit: Fit) -> list[Diagnostic]:
@@ -127,9 +143,10 @@ def outlying_rows(fit: Fit) -> NDArray[np.int_]:
 
 
 def cautions(fit: Fit) -> list[Diagnostic]:
-    """Return what a user should know before relying on a fit: DAT016, DAT021, DAT026, DAT027, DAT032 and DAT037."""
+    """Return what a user should know before relying on a fit: DAT014, 16, 21, 26, 27, 32 and 37."""
     return [
         *subsample_findings(fit.data),
+        *derived_sides(fit.model, fit.data),
         *_unread(fit),
         *_scarce(fit),
         *_unphysical(fit),

@@ -142,7 +142,8 @@ def _remaining(named: SearchState, curves: Sequence[Suspect], exceeds_noise: boo
 def _why_untestable(cls: type[Effect], fit: Fit) -> str:
     """Return in words which channels an effect needs and the table lacks."""
     missing = cls.null().missing(fit.problem.sensitivity.state)
-    return f"the table has no {' and no '.join(map(columns_of, missing))}"
+    derived = "; rows in the order of measuring tell them (`--rows-in-order`)" if "approach" in missing else ""
+    return f"the table has no {' and no '.join(map(columns_of, missing))}{derived}"
 
 
 def _why_blind(candidate: Candidate) -> str:

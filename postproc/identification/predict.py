@@ -15,6 +15,7 @@ from postproc.arrays import Array
 from postproc.channels.state import State
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.effects.roles import Role
+from postproc.estimation.findings import derived_sides
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import evaluate
 from postproc.estimation.solving.session_laws import session_laws
@@ -94,7 +95,7 @@ def predict_rows(model: Model, data: Measurements, place: bool = False) -> Predi
     sigma, measured = np.hypot(parts[:, 0], parts[:, 1]), np.sqrt(np.sum(parts**2, axis=1))
     if placed is None:
         findings += _elsewhere(model, data, seen, position)
-    findings += [*_left_out(model, state, data), *_beyond(model, state, data)]
+    findings += [*derived_sides(model, data), *_left_out(model, state, data), *_beyond(model, state, data)]
     return Prediction(data.pose_id, position, sigma, measured, parts, tuple(findings))
 
 

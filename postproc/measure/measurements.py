@@ -35,6 +35,7 @@ class Measurements:
         row: (n,) row numbers in the file, the first data row is 1; line: (n,) line numbers in the file.
         tool_known: the tool of every row is in ``state.T_flange_tcp`` (it came from a program).
         counted: the channel `row` is the number of the row in its file, as the user says that rows stand in order.
+        sides_from: what tells the order of rows from which sides of approach were derived; empty where they were not.
         accepted: codes of findings that the user accepts.
         rounded: whether joint angles of few digits were rounded when they were written, and the arm stood beside them;
             None where a fit has to tell.
@@ -54,6 +55,7 @@ class Measurements:
     line: tuple[int, ...] = ()
     tool_known: bool = False
     counted: bool = False
+    sides_from: str = ""
     accepted: frozenset[str] = frozenset()
     rounded: bool | None = None
     wrong: frozenset[tuple[int, int]] = frozenset()
@@ -194,11 +196,13 @@ class Measurements:
     def repeats(self) -> NDArray[np.int_]:
         """(n,) number of the group of repeats that each row belongs to.
 
-        Repeats have the same label, session, commanded joints and speeds, payload, approach and external axes.
+        Repeats have the same label, session, commanded joints and speeds, payload, stated side of approach and external
+        axes.
         """
+        stated = None if self.sides_from else self.state.approach
         keys: dict[tuple[object, ...], int] = {}
         parts = [np.round(self.state.q, 9)]
-        for channel in (self.state.approach, self.state.payload_mass, self.state.v, self.state.external_axes):
+        for channel in (stated, self.state.payload_mass, self.state.v, self.state.external_axes):
             if channel is not None:
                 parts.append(np.round(channel.reshape(len(self), -1 if len(self) else 1), 9))
         stacked = np.nan_to_num(np.hstack(parts), nan=-1e9)

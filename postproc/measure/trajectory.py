@@ -1,4 +1,4 @@
-"""Rows recorded while the arm moves: one clock that goes on, and speeds, accelerations and sides from the angles."""
+"""What rows in their order tell: one clock that goes on, and speeds, accelerations and sides from the angles."""
 
 from __future__ import annotations
 
@@ -27,6 +27,8 @@ FASTEST_SPEED = 15.0
 """Joint speed [rad/s] that no arm reaches: the times cannot be seconds."""
 STANDING_SPEED = 1e-3
 """Joint speed [rad/s] below which a joint stands; it keeps the side from which it came."""
+GAP_RAD = 2e-4
+"""Turn [rad] between poses below which a joint keeps its side: a smaller move leaves an ordinary gap open."""
 AROUND_S = 0.04
 """Accelerations are taken from the rows so near at least on both sides: rounded angles of 1 kHz tell none from three.
 
@@ -115,9 +117,30 @@ def with_motion(state: State, source: Source) -> tuple[State, list[Diagnostic]]:
     message += "; it counts the rows, for which its stamps are coarse" if counted else ""
     help_ = "columns v1_deg_s .. and a1_deg_s2 .. from the controller are better, where it records them"
     finding = Diagnostic("DAT014", "info", message, source, help=help_)
-    approach = _sides(v, joined)[back] if state.approach is None else state.approach
+    moved = np.where(np.abs(v) > STANDING_SPEED, np.sign(v), 0.0)
+    approach = _kept(moved, joined)[back] if state.approach is None else state.approach
     a = _accelerations(q, time, joined, rate)[back] if state.a is None else state.a
     return state.with_(v=v[back] if state.v is None else state.v, a=a, approach=approach, time=time[back]), [finding]
+
+
+def sides_from_before(state: State, clock: Array) -> Array:
+    """Return (n, 6) side from which each joint came to a pose, by its angle in the pose measured before; 0 if unknown.
+
+    Of poses that share a time nothing is known, nor of the first one of a session.
+
+    Args:
+        clock: (n,) time [s] or number of each row, by which rows follow each other.
+    """
+    clock = without_restarts(clock)[0]
+    session = np.zeros(len(state)) if state.session is None else state.session
+    order = np.lexsort((clock, session))
+    step = np.diff(state.q[order], axis=0)
+    moved = np.where(np.abs(step) > GAP_RAD, np.sign(step), 0.0)
+    timed = (np.diff(clock[order]) > 0) | ~moved.any(axis=1)
+    joined = timed & np.isfinite(step).all(axis=1) & (np.diff(session[order]) == 0)
+    sides = np.zeros_like(state.q)
+    sides[order] = _kept(np.vstack([np.zeros(6), moved * joined[:, None]]), joined)
+    return sides
 
 
 def is_record(state: State) -> bool:
@@ -185,9 +208,12 @@ def _moves(q: Array, v: Array, joined: NDArray[np.bool_]) -> bool:
     return bool(moving.sum() >= FEWEST_ROWS_IN_LINE and np.median(bend[moving] / size[moving]) < SMOOTH)
 
 
-def _sides(v: Array, joined: NDArray[np.bool_]) -> Array:
-    """Return (n, 6) sign of the last motion of each joint, kept while it stands; 0 before a record has moved it."""
-    side = np.where(np.abs(v) > STANDING_SPEED, np.sign(v), 0.0)
+def _kept(side: Array, joined: NDArray[np.bool_]) -> Array:
+    """Return (n, 6) sign of the last motion of each joint, kept while it stands; 0 before a record has moved it.
+
+    Args:
+        side: (n, 6) sign of the motion at each row, 0 of a joint that stands; joined: (n - 1,) as in `_speeds`.
+    """
     first = np.concatenate([np.full(run.stop - run.start, run.start) for run in _runs(joined)])[:, None]
-    last = np.maximum.accumulate(np.where(side != 0, np.arange(len(v))[:, None], -1), axis=0)
+    last = np.maximum.accumulate(np.where(side != 0, np.arange(len(side))[:, None], -1), axis=0)
     return np.where(last >= first, np.take_along_axis(side, np.maximum(last, 0), axis=0), 0.0)

@@ -140,13 +140,16 @@ def to_record(d: Diagnosis) -> list[str]:
     """Return columns that the table lacks and should have, if curves explain below 90 % of what is above the noise.
 
     The approach side of a joint and the payload move every arm. Where they are not recorded, their influence looks like
-    a function of other columns, which explains some of it.
+    a function of other columns, which explains some of it. Derived sides are those of an arm that went straight from
+    pose to pose; where an effect follows them, that holds.
     """
     if not d.remaining or d.remaining[0].share + sum(s.share for s in d.further) >= NEARLY_ALL:
         return []
     state = d.base.data.state
-    lacking = [("dir1` to `dir6", state.approach), ("payload_kg", state.payload_mass)]
-    return [name for name, column in lacking if column is None]
+    used = any("approach" in e.reads and not e.is_null for e in d.final.model.effects)
+    recorded = state.approach is not None and (used or not d.base.data.sides_from)
+    lacking = [("dir1` to `dir6", recorded), ("payload_kg", state.payload_mass is not None)]
+    return [name for name, known in lacking if not known]
 
 
 def doubts(d: Diagnosis) -> Iterator[str]:

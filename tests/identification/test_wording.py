@@ -146,7 +146,8 @@ def _missing(key: str, label: str = "", **fields: Any) -> Candidate:
 def _found(verdict: str, missing: Sequence[Candidate] = (), **fields: Any) -> Any:
     """A diagnosis, as far as sentences tell of it."""
     state = SimpleNamespace(channels={}, approach=None, payload_mass=None)
-    model, data = SimpleNamespace(effect=lambda key: None), SimpleNamespace(state=state)
+    model = SimpleNamespace(effect=lambda key: None, effects=())
+    data = SimpleNamespace(state=state, sides_from="")
     fit = SimpleNamespace(held_out_rms=1e-4, observed=POSITIONS, model=model, data=data)
     usual = {
         "exceeds_noise": False,
@@ -222,6 +223,11 @@ def test_a_pattern_that_parts_left_out_do_not_confirm_is_no_law_to_add(helps):
     weak = _found("unknown", remaining=[_suspect("q2", "base", "growing", 0.4)])
     assert "Record `dir1` to `dir6` and `payload_kg` first" in headline(weak)
     weak.base.data.state = SimpleNamespace(channels={}, approach=1, payload_mass=1)
+    weak.base.data.sides_from = "the times"
+    assert "Record `dir1` to `dir6` first" in headline(weak)
+    weak.final.model.effects = (SimpleNamespace(reads=("approach",), is_null=False),)
+    assert "Record" not in headline(weak)
+    weak.base.data.sides_from = ""
     assert "Record" not in headline(weak)
 
 

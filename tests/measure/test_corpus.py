@@ -162,6 +162,8 @@ def shown(data: Measurements) -> str:
         off = (Rotation.from_matrix(data.rotation[good]) * SEEN_TURNS[good].inv()).magnitude()
         parts.append(f"{int((off < 1e-6).sum())} turns")
     channels = {name: getattr(data.state, name) for name in CHANNELS} | {"sigma_mm": data.sigma, **data.state.channels}
+    if data.sides_from:  # derived, not read
+        del channels["approach"]
     for name, values in channels.items():
         if values is not None:
             three = np.asarray(values, dtype=float)[:3] * (1e3 if name == "sigma_mm" else 1.0)

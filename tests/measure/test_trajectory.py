@@ -99,7 +99,7 @@ def test_stamps_coarser_than_the_rows_are_counted(step):
 @pytest.mark.parametrize("pause", [0.1, 10.0])
 def test_poses_that_only_follow_each_other_are_at_rest(pause):
     data = record(poses(60), pause * np.arange(60))
-    assert data.state.v is None and data.state.approach is None
+    assert data.state.v is None
 
 
 def test_speeds_of_the_table_are_kept():
@@ -120,3 +120,47 @@ def test_a_joint_that_stands_keeps_its_side():
     data = record(q, time)
     assert (data.state.approach[:, 1] == 1).all()
     assert (data.state.approach[:, 3] == 0).all()
+
+
+POSES = np.array([[0, 0, 0, 0, 30, 0.0], [5, -5, 0, 0, 30, 9], [5.005, -9, 0, 3, 20, 9], [2, -9, 0, 3, 40, 9]])
+SIDES = np.array([[0, 0, 0, 0, 0, 0], [1, -1, 0, 0, 0, 1], [1, -1, 0, 1, -1, 1], [-1, -1, 0, 1, 1, 1]])
+# How the rows of four poses are labelled and stand, what is stated beside them, and what then tells their order.
+ORDERS = {
+    "times": ([2, 0, 3, 1], {"time_s": [300, 60, 400, 200]}, False, "the times"),
+    "the user's word": ([0, 1, 2, 3], {"pose_id": list("dbca")}, True, "the order of the rows"),
+    "rising names": ([0, 1, 2, 3], {"pose_id": ["P3", "P7", "P12", "P13"]}, False, "the numbers in `pose_id`"),
+    "names in another order": ([2, 0, 3, 1], {"pose_id": ["P3", "P1", "P4", "P2"]}, False, ""),
+    "names alone": ([0, 1, 2, 3], {"pose_id": list("abcd")}, False, ""),
+    "speeds": ([0, 1, 2, 3], {f"v{j}_deg_s": [5] * 4 for j in range(1, 7)}, True, ""),
+}
+
+
+@pytest.mark.parametrize("name", ORDERS)
+def test_a_joint_came_from_the_side_of_the_pose_before_where_rows_have_an_order(name):
+    """A move of 0.005 deg, less than a gap, keeps the side; so does a joint that stands."""
+    rows, more, stated, told = ORDERS[name]
+    data = read(columns(POSES[rows], points(POSES[rows]), **more), rows_in_order=stated)
+    assert data.sides_from == told and not [d for d in data.diagnostics if d.code == "DAT014"]
+    assert (data.state.approach is None) if not told else (data.state.approach == SIDES[rows]).all()
+
+
+def test_sides_that_are_stated_are_kept_and_repeats_stay_repeats():
+    four = columns(POSES, points(POSES), **{f"dir{j}": [1, 1, -1, -1] for j in range(1, 7)})
+    stated = read(four, rows_in_order=True)
+    assert stated.sides_from == "" and (stated.state.approach[:, 0] == [1, 1, -1, -1]).all()
+    again = [0, 1, 2, 1, 0]
+    data = read(columns(POSES[again], points(POSES[again]), pose_id=list("abcba")), rows_in_order=True)
+    assert data.state.approach[:, 1].tolist() == [0, -1, -1, 1, 1] and data.repeats.tolist() == [0, 1, 2, 1, 0]
+
+
+def test_no_side_is_derived_over_the_begin_of_a_session_a_lost_row_or_two_poses_of_one_time():
+    q = np.vstack([POSES, POSES])
+    seen = points(q)
+    sessions = read(columns(q, seen, session=list("aaaabbbb"), time_s=[0, 60, 120, 180, 10, 70, 130, 190]))
+    assert (sessions.state.approach == np.vstack([SIDES, SIDES])).all()
+    same = read(columns(q, seen, time_s=[0, 60, 60, 180, 240, 300, 360, 420]))
+    assert (same.state.approach[2] == 0).all() and (same.state.approach[[1, 5]][:, [0, 1, 5]] == [1, -1, 1]).all()
+    lost = columns(q, seen)
+    lost["q2_deg"][2] = ""
+    sides = read(lost, rows_in_order=True).state.approach
+    assert (sides[2:4] == 0).all() and (sides[5, [0, 1, 5]] == [1, -1, 1]).all()

@@ -63,7 +63,7 @@ class TableOptions:
         columns: TOML file that maps the columns of another layout.
         joints: table of the commanded joint angles beside the one that the instrument wrote, joined by the names of
             the poses or row by row.
-        rows_in_order: the rows stand in the order of measuring. Default: their order counts for nothing without time_s.
+        rows_in_order: the rows stand in the order of measuring. Default: time_s tells it, for sides also pose_id.
         accept: code of a finding that stops nothing, because you know better. May be repeated.
     """
 

@@ -110,8 +110,14 @@ def row_order(state: State, labels: Sequence[str] = ()) -> dict[str, Array]:
     """
     if "row" in state.channels:
         return {}
+    numbers = pose_numbers(labels)
+    return {"row": np.arange(1.0, len(state) + 1) if numbers is None else numbers}
+
+
+def pose_numbers(labels: Sequence[str]) -> Array | None:
+    """Return (n,) numbers at the end of the names of poses (``P12``) if they rise along all rows; else None."""
     parts = [re.fullmatch(r"(.*?)(\d{1,9})", label) for label in labels]
+    if not parts or len({part and part[1] for part in parts}) > 1 or None in parts:
+        return None
     numbers = np.array([float(part[2]) for part in parts if part])
-    if len(numbers) == len(state) and len({part and part[1] for part in parts}) == 1 and (np.diff(numbers) > 0).all():
-        return {"row": numbers}
-    return {"row": np.arange(1.0, len(state) + 1)}
+    return numbers if (np.diff(numbers) > 0).all() else None

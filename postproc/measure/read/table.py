@@ -15,7 +15,7 @@ from postproc.measure.consensus import LEAST_M, TIMES, Agreement, agreement
 from postproc.measure.measurements import Measurements
 from postproc.measure.read import columns as names
 from postproc.measure.read.cells import Cells, read_cells
-from postproc.measure.read.channels import channels_of, row_order
+from postproc.measure.read.channels import channels_of, pose_numbers, row_order
 from postproc.measure.read.columns import LABELS
 from postproc.measure.read.commanded import Commanded, commanded_joints, program_targets
 from postproc.measure.read.external_axes import check_work, with_external_axes
@@ -23,7 +23,7 @@ from postproc.measure.read.layout import read_column_map
 from postproc.measure.read.lookup import Table, missing_help
 from postproc.measure.read.terms import AS_IT_IS, Reading, accepted
 from postproc.measure.read.values import as_number, is_number
-from postproc.measure.trajectory import with_motion
+from postproc.measure.trajectory import sides_from_before, with_motion
 from postproc.robot.arm import Robot
 from postproc.robot.cells.station import Station
 
@@ -59,7 +59,7 @@ def read_measurements(
     diagnostics: list[Diagnostic] = []
     cells = read_cells(source, layout, diagnostics, every=not measured)
     if terms.joints is not None:
-        cells = join(cells, read_cells(terms.joints, layout, diagnostics), diagnostics)
+        cells = join(cells, read_cells(terms.joints, layout, diagnostics), layout.header, diagnostics)
     table = Table(cells, layout, diagnostics)
     turns = table.turns(names.ORIENTATION, layout.orientation)
     measured_joints = table.vector(names.MEASURED_JOINTS, partial=True, absent=np.nan)
@@ -70,8 +70,9 @@ def read_measurements(
     commanded = _commanded(table, robot, program, terms.station or Station())
     tool_known = commanded.T_flange_tcp is not None
     state = with_external_axes(_state(table, commanded), table, terms.station, commanded.extax)
+    state, sides_from = _followed(state, table, terms)
     data = Measurements(
-        state=_followed(state, table, terms),
+        state=state,
         position=position,
         rotation=None if turns is None else turns.matrix,
         joint=measured_joints,
@@ -81,6 +82,7 @@ def read_measurements(
         line=cells.lines,
         tool_known=tool_known,
         counted="time_s" not in table.place and terms.rows_in_order and "row" not in table.place,
+        sides_from=sides_from,
         accepted=terms.accept,
         sources=(source,),
     )
@@ -119,14 +121,27 @@ def _without_lost(data: Measurements, agreed: Agreement, table: Table, robot: Ro
     return data, agreement(data, robot)
 
 
-def _followed(state: State, table: Table, terms: Reading) -> State:
-    """Return the state with speeds and approach sides if times tell them, or with row numbers if the order counts."""
+def _followed(state: State, table: Table, terms: Reading) -> tuple[State, str]:
+    """Return the state with what the order of rows tells, and what tells that order if sides of approach come from it.
+
+    Times give speeds and sides of a moving arm; where they are missing, and rows are in order, so do row numbers. Sides
+    of standing poses are those from the pose before, by the times, the user's word, or names of poses that count up.
+    """
     if "time_s" in table.place:
         state, findings = with_motion(state, table.cells.source)
         table.diagnostics.extend(findings)
     elif terms.rows_in_order:
         state = state.with_(channels={**state.channels, **row_order(state, table.text("pose_id"))})
-    return state
+    clocks: dict[str, Array | None] = {
+        "the times": state.time,
+        "the order of the rows": np.arange(float(len(state))) if terms.rows_in_order else None,
+        "the numbers in `pose_id`": pose_numbers(table.text("pose_id")),
+    }
+    known = next(((name, clock) for name, clock in clocks.items() if clock is not None), None)
+    if state.approach is not None or state.v is not None or known is None:
+        return state, ""
+    sides = sides_from_before(state, known[1])
+    return (state.with_(approach=sides), known[0]) if sides.any() else (state, "")
 
 
 def _state(table: Table, commanded: Commanded) -> State:
@@ -234,18 +249,23 @@ def _commanded(table: Table, robot: Robot, program: Source | Sequence[Source] | 
     return Commanded(commanded_joints(robot, position, turns.matrix, configuration, cells, table.diagnostics))
 
 
-def join(seen: Cells, angles: Cells, diagnostics: list[Diagnostic]) -> Cells:
+def join(seen: Cells, angles: Cells, named: bool, diagnostics: list[Diagnostic]) -> Cells:
     """Return the rows of ``seen`` with the columns of ``angles`` added; how they were joined is reported (DAT033).
 
     They are joined by a column of names (`pose_id`, `Point`, ..) that both have, where most names of the first stand in
-    the second, once each; else row by row. A column that both have is taken from the first.
+    the second, once each; else row by row. A column that both have is taken from the first. Without column names the
+    numbers of the second go on where those of the first end.
 
     Args:
-        seen: what the instrument measured; beside: the commanded joint angles; diagnostics: gets the findings.
+        seen: what the instrument measured; angles: the commanded joint angles; named: whether the files have column
+            names; diagnostics: gets the findings.
 
     Raises:
         PostprocError: DAT033 where neither names nor the number of rows agree.
     """
+    if not named:
+        first = len(seen.header) + 1
+        angles = replace(angles, header=tuple(str(first + k) for k in range(len(angles.header))))
     places, how = _by_name(seen, angles)
     if places is None:
         if len(seen.rows) != len(angles.rows):

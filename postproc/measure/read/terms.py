@@ -17,7 +17,7 @@ class Reading:
     """How a table is read.
 
     Args:
-        rows_in_order: the rows stand in the order of measuring; else their order counts for nothing without `time_s`.
+        rows_in_order: the rows stand in the order of measuring; else `time_s` tells it, for sides also `pose_id`.
         accept: codes of findings that stop nothing.
         station: the arm in its cell, where external axes carry it or its work.
         joints: a table of commanded joint angles that stands beside the one that is read.

@@ -96,6 +96,7 @@ def together(tables: Sequence[Measurements], robot: Robot) -> Measurements:
         row=tuple(row for table in tables for row in table.row),
         line=tuple(line for table in tables for line in table.line),
         tool_known=tables[0].tool_known,
+        sides_from=next(filter(None, (table.sides_from for table in tables)), ""),
         counted=all(table.counted for table in tables),
         accepted=tables[0].accepted,
         wrong=frozenset((k, row) for k, table in enumerate(tables) for _, row in table.wrong),
