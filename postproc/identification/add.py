@@ -14,7 +14,7 @@ from postproc.effects.registry import effect_library, find_effect
 from postproc.effects.roles import Role
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
-from postproc.estimation.priors import with_earlier_fit
+from postproc.estimation.priors import is_placed, with_earlier_fit
 from postproc.estimation.recorded import no_farther_than_nominal, recorded_model
 from postproc.estimation.solving.rounding import with_judged_rounding
 from postproc.estimation.solving.settle import settled
@@ -143,8 +143,8 @@ def _added(
     base = fit_model(model, data, noise=noise)
     # Forms are chosen on as many rows as tell them, and fitted to all.
     current = start = thinned(base)
-    before = settled(base)
-    steps, bound = [Step("base", FitFigures.of(before), before.model)], base.smooth_bound
+    came = settled(base)
+    steps, bound = [Step("base", FitFigures.of(came), came.model)], base.smooth_bound
     every = list(dict.fromkeys([*(cls.key for cls in classes), *(e.key for e in model.effects)]))
     total = len(classes) + len(every) + 2
 
@@ -166,7 +166,8 @@ def _added(
     no_farther_than_nominal(final)
     watch("regions left out", (len(classes) + 1.5) / total)
     curves = [cls.key for cls in classes if cls.role is Role.CURVE]
-    after = with_regions(settled(final), without_effects(final, curves) if final.unnamed and curves else base)
+    before = without_effects(final, curves) if curves else base
+    after = with_regions(settled(final), before, searched=bool(curves))
     steps.append(Step(f"+ {classes[-1].key}", after, after.model))
     level = final.parts.level
     floor = bound if level is None else level
@@ -207,7 +208,8 @@ def fit_effects(
     for cls in classes:
         if cls.structures():
             fit = grown(fit, cls)
-    return settled(fit)
+    nominal = without_effects(fit, [e.key for e in fit.model.effects if not is_placed(e)])
+    return with_regions(settled(fit), nominal)
 
 
 def grown(fit: Fit, cls: type[Effect]) -> Fit:

@@ -27,14 +27,15 @@ NUMBERS_SEARCHED = 900
 """Measured numbers that are searched anew at most: the search is repeated for every region."""
 
 
-def with_regions(fit: Fit, before: Fit) -> Fit:
+def with_regions(fit: Fit, before: Fit, searched: bool = False) -> Fit:
     """Return a fit with what it is worth in regions that neither its parameters nor its choice of curves came from.
 
     What predicts them worse than the fit before holds near the measured rows alone. The fit is returned as it is where
     there are no positions to tell.
 
     Args:
-        fit: with curves, or with effects of fixed form alone; before: without what was added.
+        before: the fit without what was added.
+        searched: whether its curves were searched on these rows, so that they are searched anew without each region.
     """
     lacking = lacking_field(before)
     if lacking is None:
@@ -46,12 +47,12 @@ def with_regions(fit: Fit, before: Fit) -> Fit:
         parts = np.arange(len(state)) * ANEW // len(state)
         masks = [parts == part for part in range(ANEW)]
     else:
-        masks = parts_of_range(lacking[0], state, ANEW if fit.unnamed else FIXED)
+        masks = parts_of_range(lacking[0], state, ANEW if searched else FIXED)
     for mask in masks:
-        after = _chosen_anew(before, mask, ordered) if fit.unnamed else fit.linear
+        after = _chosen_anew(before, mask, ordered) if searched else fit.linear
         regions.append(LeftOut.of(fit, before.linear, after, mask))
     found = judged_by_regions(fit, lacking, regions)
-    if fit.unnamed and not found.helps:
+    if searched and not found.helps:
         found = replace(found, surest=settled(before).model)
     return replace(fit, regions=found)
 
