@@ -149,11 +149,10 @@ class Effect:
         columns = self.joint_basis(state)
         if columns is None:
             return None
-        dq = np.zeros((len(state), 6))
-        shares = columns.values * self.vector()
-        for j in range(6):
-            dq[:, j] = shares[:, columns.joint == j].sum(axis=1)
-        return dq
+        x = self.vector()
+        by_joint = np.zeros((len(x), 6))
+        by_joint[np.arange(len(x)), columns.joint] = x
+        return np.asarray(columns.values @ by_joint)
 
     def load(self, state: State) -> Load | None:
         """Return the forces that the effect adds; None for nothing."""

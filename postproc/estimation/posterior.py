@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import GRAVITY, Array
 from postproc.channels.state import State
+from postproc.estimation.linear import solve_positive
 from postproc.estimation.priors import UNDETERMINED_SHARE, Prior, is_placed, lognormal_deviation, prior_of
 from postproc.estimation.solution import Solution
 from postproc.estimation.solving.step import Name
@@ -137,7 +138,7 @@ class Objective:
             unit, off = np.where(self.log, x, 1.0), self._off(x)
             weight = yielding(off, self.spread, self.log)
             slope = unit * (self.gram @ (x - self.start) - self.pull) + weight * off
-            step = -_inverse(self.curvature(unit, weight)) @ slope
+            step = -solve_positive(self.curvature(unit, weight), slope)
             step /= max(1.0, float(np.max(np.abs(step), initial=0.0, where=self.log)))
             now, share = self._cost(x), 1.0
             while share > 1e-3:
@@ -209,7 +210,7 @@ def _eliminated(curvature: Array, count: int) -> tuple[Array, Array]:
     Args:
         curvature: (k + h, k + h) half the second derivative; count: k.
     """
-    known = _inverse(curvature[:count, :count])
+    known = solve_positive(curvature[:count, :count], np.eye(count))
     return known, known @ curvature[:count, count:]
 
 
@@ -223,7 +224,8 @@ def _laplace(objective: Objective, mean: Array, count: int) -> tuple[Array, Arra
     unit, weight = np.where(log, mean, 1.0), yielding(_log_ratio(mean, objective.median), objective.spread, log)
     curvature = objective.curvature(unit, weight)
     known, taken = _eliminated(curvature, count)
-    lower = _factor(_inverse(curvature[count:, count:] - curvature[count:, :count] @ taken))
+    left = curvature[count:, count:] - curvature[count:, :count] @ taken
+    lower = _factor(solve_positive(left, np.eye(len(left))))
     directions = np.vstack([-taken @ lower, lower]).T
     # A log-normal number lies farther from its median than the deviation of its logarithm says.
     total = np.sqrt(np.concatenate([np.diag(known), np.zeros(len(lower))]) + np.sum(directions**2, axis=0))
@@ -270,14 +272,6 @@ def yielding(off: Array, spread: Array, log: NDArray[np.bool_]) -> Array:
     """
     share = np.minimum(1.0, TAIL * spread / np.maximum(np.abs(off), 1e-300))
     return np.asarray(np.where(log, share, 1.0) * spread**-2.0)
-
-
-def _inverse(matrix: Array) -> Array:
-    """Return the inverse of a positive semidefinite matrix of numbers of very different sizes."""
-    length = np.sqrt(np.diag(matrix))
-    scale = np.where(length > 0, length, 1.0)
-    inverse = np.linalg.pinv(matrix / np.outer(scale, scale), rcond=1e-14, hermitian=True)
-    return np.asarray(inverse / np.outer(scale, scale))
 
 
 def _factor(covariance: Array) -> Array:

@@ -233,7 +233,8 @@ class Problem:
     def _rows(self, whitened: Array) -> Array:
         """Return whitened columns (n, r, p) as (N, p): the numbers in use, row by row."""
         used = self.weights.used
-        return whitened.reshape(used.size, whitened.shape[2]) if used.all() else np.asarray(whitened[used])
+        every = whitened.reshape(used.size, whitened.shape[2])
+        return every if used.all() else np.asarray(every[used.ravel()])
 
     def at(self, effects: Iterable[Effect]) -> Problem:
         """Return the problem with these effects in place of all effects of its model."""

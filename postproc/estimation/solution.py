@@ -14,7 +14,7 @@ from postproc.effects.base import Effect
 from postproc.effects.similarity import ordinary_sizes
 from postproc.estimation.held_out import contiguous_blocks, hold_out, standardised
 from postproc.estimation.independent import independent_share, record_share, repeated_share
-from postproc.estimation.linear import Linear, basis_of
+from postproc.estimation.linear import Linear, basis_of, solve_positive
 from postproc.estimation.problem import Problem
 from postproc.estimation.solving.step import Masks
 from postproc.measure.checks.repeats import Noise
@@ -163,11 +163,8 @@ class Solution:
     @cached_property
     def inverse(self) -> Array:
         """(p, p) inverse (A^T A + diag(penalty)^2)^-1 of the normal equations, in the order of ``parameters``."""
-        length = np.sqrt(np.sum(self.columns**2, axis=0) + self.penalty**2)
-        scale = np.where(length > 0, length, 1.0)
-        A = self.columns / scale
-        inverse = np.linalg.pinv(A.T @ A + np.diag((self.penalty / scale) ** 2), rcond=1e-14, hermitian=True)
-        return np.asarray(inverse / np.outer(scale, scale))
+        gram = self.columns.T @ self.columns + np.diag(self.penalty**2)
+        return solve_positive(gram, np.eye(len(gram)))
 
     @cached_property
     def overconfidence(self) -> float:

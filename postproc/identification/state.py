@@ -38,7 +38,7 @@ class SearchState:
         base: the fit of the model as it came; fit: with what was added.
         classes: of the effects that may be missing, by key; forms: of the curves that may be missing.
         missing: the effects of the library that were added; curves: the curves that were added.
-        stock: columns of forms by the numbers in use, which all states of a search share.
+        stock: forms by the numbers in use, which all states of a search share.
         bare: the state before any curve was added; None where it is not known.
     """
 
@@ -77,7 +77,8 @@ class SearchState:
         """The forms of all effects on the present fit; their columns are shared by states that use the same rows."""
         problem = self.fit.problem
         used = problem.weights.used.tobytes()
-        self.stock[used] = self.stock.get(used, FormCache()).at(problem.weights)
+        known = self.stock.get(used) or next(iter(self.stock.values()), FormCache())
+        self.stock[used] = known.at(problem.weights)
         return Screen(problem, self.classes, self.fit.free, self.stock[used])
 
     @cached_property
@@ -178,7 +179,10 @@ class SearchState:
     def with_rivals(self, one: Candidate) -> SearchState:
         """Return the state with one of its effects replaced by the same effect with its rivals filled in."""
         bare = None if self.bare is None else self.bare.with_rivals(one)
-        return replace(self, missing=tuple(one if m.key == one.key else m for m in self.missing), bare=bare)
+        other = replace(self, missing=tuple(one if m.key == one.key else m for m in self.missing), bare=bare)
+        known = ("screen", "ranked", "curve_screen")  # rivals change nothing of what the fit leaves
+        other.__dict__.update({name: self.__dict__[name] for name in known if name in self.__dict__})
+        return other
 
     def without(self, key: str) -> SearchState:
         """Return the state without one of its effects, by key, everything else fitted again."""

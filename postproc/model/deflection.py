@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.channels.state import State
 from postproc.effects.asking import displacement_of
-from postproc.model.arm import Model
+from postproc.effects.base import Effect
 from postproc.model.chain import Chain
 from postproc.robot.pose import displace
 
@@ -34,14 +34,16 @@ class Deflection:
     instrument: Array | None
 
 
-def deflect(model: Model, state: State) -> Deflection:
-    """Add up the displacements that all effects of the model cause at the states."""
+def deflect(effects: Iterable[Effect], state: State, beside: Deflection | None = None) -> Deflection:
+    """Add up the displacements that effects cause at the states.
+
+    Args:
+        beside: displacements that are added to theirs.
+    """
     n = len(state)
-    joint = np.zeros((n, 6))
-    body: dict[int, Array] = {}
-    tool: Array | None = None
-    instrument: Array | None = None
-    for effect in model.effects:
+    joint, body = (np.zeros((n, 6)), dict[int, Array]()) if beside is None else (beside.joint, dict(beside.body))
+    tool, instrument = (None, None) if beside is None else (beside.tool, beside.instrument)
+    for effect in effects:
         share = displacement_of(effect, state)
         if share.joint is not None:
             joint = joint + share.joint

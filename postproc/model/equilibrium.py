@@ -11,6 +11,7 @@ from postproc.arrays import Array, blocks
 from postproc.channels.state import State
 from postproc.diagnostics import PostprocError
 from postproc.effects.asking import displacement_of
+from postproc.effects.base import Effect
 from postproc.model.arm import ALL_BODIES, Model
 from postproc.model.chain import Chain, deflected_chain
 from postproc.model.deflection import REACH, Deflection, deflect, distance, moved_by, moves, tcp
@@ -92,10 +93,12 @@ def equilibrium(model: Model, state: State, also: tuple[int, ...] = (), settled:
     loaded = carries_load(model)
     bodies = tuple(sorted({*(active_bodies(model, state) if loaded else ()), *also}))
     deflection = Deflection(np.zeros((len(state), 6)), {}, None, None)
+    yielding = [e for e in model.effects if _follows_arm(e)]
+    rigid = deflect((e for e in model.effects if not _follows_arm(e)), state)
     last, reach, before = np.inf, np.full(1, np.inf), np.zeros(1)
     for sweep in range(1, EQUILIBRIUM_SWEEPS + 1):
         seen = loaded_state(model, state, deflection, bodies) if loaded else state
-        new = deflect(model, seen)
+        new = deflect(yielding, seen, rigid)
         if sweep >= EVEN:
             move = moves(new, deflection)
             reach = np.where(move * before < 0, 0.5 * np.abs(before), WIDER * reach)
@@ -146,7 +149,12 @@ def predict(model: Model, state: State, settled: float = SETTLED) -> Array:
 
 def carries_load(model: Model) -> bool:
     """Tell whether any effect reads loads or the pose of the deflected arm."""
-    return any({"load", "pose"} & set(e.reads) for e in model.effects)
+    return any(_follows_arm(e) for e in model.effects)
+
+
+def _follows_arm(effect: Effect) -> bool:
+    """Tell whether an effect reads loads or the pose of the deflected arm."""
+    return not {"load", "pose"}.isdisjoint(effect.reads)
 
 
 def active_bodies(model: Model, state: State) -> tuple[int, ...]:

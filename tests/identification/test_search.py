@@ -426,7 +426,7 @@ def test_what_was_computed_for_other_loads_or_weights_is_computed_anew():
     heavier = base.problem.weighted(Weights(base.problem.weights.values * [1.0, 2.0, 3.0]))
     again = replace(begin, fit=replace(base, problem=heavier)).screen.forms(Backlash.key, None)
     for one, other in zip(again, forms_of(heavier, Backlash), strict=True):
-        assert one.columns == pytest.approx(other.columns, rel=1e-12)
+        assert one.columns(heavier) == pytest.approx(other.columns(heavier), rel=1e-12)
 
 
 def test_forms_that_are_screened_together_have_the_columns_that_each_has_alone():
@@ -438,18 +438,19 @@ def test_forms_that_are_screened_together_have_the_columns_that_each_has_alone()
         asked += bool(alone)
         for form in alone[:: max(1, len(alone) // 8)]:
             columns = columns_of(fit.problem, form.effect, form.screened)
-            np.testing.assert_allclose(form.columns, columns, atol=1e-6 * np.abs(columns).max())
+            np.testing.assert_allclose(form.columns(fit.problem), columns, atol=1e-6 * np.abs(columns).max())
         for held in alone[:: max(1, len(alone) // 2)]:
             taken, made = (forms_of(fit.problem, cls, held.effect, some) for some in (alone, ()))
             assert [f.label for f in taken] == [f.label for f in made]
             for a, b in list(zip(taken, made, strict=True))[:: max(1, len(made) // 10)]:
-                np.testing.assert_allclose(a.columns, b.columns, atol=1e-6 * np.abs(b.columns).max())
+                ours, theirs = (form.columns(fit.problem) for form in (a, b))
+                np.testing.assert_allclose(ours, theirs, atol=1e-6 * np.abs(theirs).max())
                 assert a.screened.tolist() == b.screened.tolist() and a.effect.to_file() == b.effect.to_file()
     assert asked > 12
     lines = Screen(fit.problem, {TransmissionError.key: TransmissionError}).forms(TransmissionError.key, None)
-    found = gains(fit.linear, lines)
+    found = gains(fit.problem, fit.linear, lines)
     for i in range(0, len(lines), 97):
-        one = gain(fit.linear, lines[i].columns)
+        one = gain(fit.linear, lines[i].columns(fit.problem))
         assert (found.of(i).fall, found.of(i).evidence) == pytest.approx((one.fall, one.evidence), rel=1e-9)
 
 

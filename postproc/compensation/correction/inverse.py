@@ -158,7 +158,7 @@ def _sweeps(model: Model, state: State, desired: Array, most: int) -> tuple[Arra
         seen = state.with_(q=theta - deflection.joint)
         if loaded:
             seen = loaded_state(model, seen, deflection, bodies)
-        new = deflect(model, seen)
+        new = deflect(model.effects, seen)
         moved = distance(new, deflection)
         deflection = new
         T_reached = tcp(deflected_chain(model.robot, theta, deflection.body, False), state, deflection)

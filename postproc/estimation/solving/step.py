@@ -63,20 +63,23 @@ class Slope:
         return np.where(length > 0, length, 1.0)
 
     @cached_property
+    def gram(self) -> Array:
+        """(p, p) products A^T A of the columns, scaled to length 1."""
+        return np.asarray((self.columns.T @ self.columns) / np.outer(self.length, self.length))
+
+    @cached_property
     def factor(self) -> Array:
-        """(p, p) upper triangular R of [A; diag(anchor)] = Q R, for columns scaled to length 1.
+        """(p, p) upper triangular R of [A; diag(anchor); sqrt(damping)] = Q R, for columns scaled to length 1.
 
         More than `MANY_COLUMNS` go through the normal equations, whose rounding errors the next steps correct.
         """
         # What hardly anything determines is damped, so that every step has one solution.
-        pull = np.maximum(self.anchor / self.length, STEP_DAMPING)
+        pull = np.hypot(np.maximum(self.anchor / self.length, STEP_DAMPING), np.sqrt(self.damping))
         if len(self.parameters) > MANY_COLUMNS:
             from scipy.linalg import LinAlgError, cholesky
 
-            gram = (self.columns.T @ self.columns) / np.outer(self.length, self.length)
-            gram[np.diag_indices_from(gram)] += pull**2
             try:
-                return np.asarray(cholesky(gram, overwrite_a=True, check_finite=False))
+                return np.asarray(cholesky(self.gram + np.diag(pull**2), overwrite_a=True, check_finite=False))
             except LinAlgError:
                 pass
         return np.asarray(np.linalg.qr(np.vstack([self.columns / self.length, np.diag(pull)]), mode="r"))
@@ -86,8 +89,12 @@ class Slope:
         if damping == self.damping:
             return self
         other = replace(self, damping=damping)
-        stacked = np.vstack([self.factor, np.sqrt(damping) * np.eye(len(self.parameters))])
-        other.__dict__.update(length=self.length, factor=np.linalg.qr(stacked, mode="r"))
+        other.__dict__.update(length=self.length)
+        if len(self.parameters) > MANY_COLUMNS:
+            other.__dict__.update(gram=self.gram)
+        else:
+            added = np.sqrt(damping) * np.eye(len(self.parameters))
+            other.__dict__.update(factor=np.linalg.qr(np.vstack([self.factor, added]), mode="r"))
         return other
 
     def solved(self, right: Array) -> Array:

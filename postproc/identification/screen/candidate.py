@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.effects.base import Effect
+from postproc.effects.base import FILLED_BY_MODEL, Effect
 from postproc.effects.sums import SumOfTerms
 from postproc.estimation.fitted import Fit
 from postproc.estimation.problem import Problem, Weights
@@ -113,22 +113,36 @@ class Candidate:
 
 @dataclass
 class FormCache:
-    """Columns of forms, kept while the same rows are in use; refits change them by a few parts in a thousand.
+    """Forms, kept while the same rows are in use; refits change their columns by a few parts in a thousand.
 
     Args:
         weights: with which they are whitened; those of orientations depend on the residual of the orientations.
         forms: of every effect where the model has nothing of it, by its key and the keys of those it depends on.
         by_load: (n, r, 6) whitened displacement by six unit loads, by number of poses, index of the first load and keys
             of the springs.
+        turning: forms that only turn joints, and read measured channels alone: they are the same at any weights.
     """
 
     weights: Weights | None = None
     forms: dict[tuple[str, ...], Forms] = field(default_factory=dict)
     by_load: dict[Hashable, Array] = field(default_factory=dict)
+    turning: dict[tuple[str, ...], Forms] = field(default_factory=dict)
 
     def at(self, weights: Weights) -> FormCache:
-        """Return this cache where it was made with nearly the same weights, else an empty one."""
-        return self if self.weights is not None and self.weights.nearly(weights) else FormCache(weights)
+        """Return this cache where it was made with nearly the same weights, else one with the turning forms alone."""
+        same = self.weights is not None and self.weights.nearly(weights)
+        return self if same else FormCache(weights, turning=self.turning)
+
+    def get(self, known: tuple[str, ...]) -> Forms | None:
+        """Return the forms of an effect, by its key and the keys of those it depends on; None if they are not kept."""
+        return self.turning.get(known, self.forms.get(known))
+
+    def keep(self, known: tuple[str, ...], forms: Forms) -> Forms:
+        """Return the forms of an effect after adding them to those that are kept."""
+        measured = (f.joint is not None and set(FILLED_BY_MODEL).isdisjoint(f.effect.reads) for f in forms)
+        lasting = len(forms) > 0 and all(measured)
+        (self.turning if lasting else self.forms)[known] = forms
+        return forms
 
 
 @dataclass
@@ -158,15 +172,14 @@ class Screen:
         cls, fitted = self.classes[key], self.problem.model.effect(key)
         known = (key, *self._depends_on(cls))
         if issubclass(cls, SumOfTerms) or (current is None and fitted is None):
-            if known not in self.stock.forms:
-                self.stock.forms[known] = forms_of(self.problem, cls)
-            return self.stock.forms[known]
-        alone = self.stock.forms.get(known, ())
+            forms = self.stock.get(known)
+            return self.stock.keep(known, forms_of(self.problem, cls)) if forms is None else forms
+        alone = self.stock.get(known) or ()
         if current is not None:
             return forms_of(self.problem, cls, current, alone or self.fitted.get(key, ()))
         if key not in self.fitted and fitted is not None:
-            forms = forms_of(self.problem, cls, fitted, alone)
-            self.fitted[key] = Forms.of(g for f in forms if (g := self._more(f, fitted)) is not None)
+            every = forms_of(self.problem, cls, fitted, alone)
+            self.fitted[key] = Forms.of(g for f in every if (g := self._more(f, fitted)) is not None)
         return self.fitted[key]
 
     def _depends_on(self, cls: type[Effect]) -> tuple[str, ...]:

@@ -33,7 +33,7 @@ def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
     price = _prices(screen.odds(key, None)) + screen.rarity(key)
     if not np.isfinite(price).any():
         return None
-    measured = gains(linear, forms)
+    measured = gains(screen.problem, linear, forms)
     worth = measured.evidence - price
     best = int(np.argmax(worth))
     seen = np.flatnonzero((measured.count > 0) & np.isfinite(price))
@@ -92,7 +92,7 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float,
     while True:
         if nearer := _sharpened(screen.problem, linear, effect, total, len(labels)):
             nearest, total, cost = nearer
-            effect, labels, columns = nearest.effect, nearest.label.split("; "), nearest.columns
+            effect, labels, columns = nearest.effect, nearest.label.split("; "), nearest.columns(screen.problem)
             price += cost
         # As little as `gains` sees of a direction that the fitted parameters nearly make themselves.
         inner = linear.extended(columns, DIM**0.5)
@@ -141,7 +141,7 @@ def _sharpened(
     best, paid = None, 0.0
     while near := forms_nearby(problem, effect, new):
         odds = np.array([form.odds for form in near])
-        costs, brought = 2 * np.log((1.0 + odds.sum()) / odds), gains(linear, near)
+        costs, brought = 2 * np.log((1.0 + odds.sum()) / odds), gains(problem, linear, near)
         k = int(np.argmax(brought.evidence - costs))
         if brought.evidence[k] - costs[k] <= gain_.evidence:
             break
@@ -159,7 +159,7 @@ def _further(screen: Screen, inner: Linear, key: str, effect: Effect, widest: fl
     forms, prices = screen.forms(key, effect), _prices(screen.odds(key, effect))
     if not forms:
         return None
-    worth = np.where(forms.width <= widest, gains(inner, forms).evidence - prices, -np.inf)
+    worth = np.where(forms.width <= widest, gains(screen.problem, inner, forms).evidence - prices, -np.inf)
     k = int(np.argmax(worth))
     return None if worth[k] <= 0 else (screen.appended(forms[k], effect), float(prices[k]))
 
@@ -170,6 +170,7 @@ def _columns(problem: Problem, form: Form, mask: NDArray[np.bool_], before: Arra
     Args:
         before: (N, k) columns of the terms before the form's own, if any.
     """
-    joined = form.columns if before is None else np.hstack([before, form.columns])
+    own = form.columns(problem)
+    joined = own if before is None else np.hstack([before, own])
     complete = joined.shape[1] == (mask & form.effect.amplitudes()).sum()
     return joined if complete else columns_of(problem, form.effect, mask)

@@ -27,25 +27,32 @@ class Form:
     Args:
         key: of the effect; label: which form; effect: with null amplitudes.
         refit: (q,) mask of the parameters that a full fit of this form moves.
-        columns: (N, m) whitened derivatives by the screened amplitudes, in units of their ordinary sizes.
+        values: (N, m) whitened derivatives by the screened amplitudes, in units of their ordinary sizes; or (n, m)
+            turns of joints [rad], where the effect only turns joints, in proportion to its amplitudes.
         screened: (q,) mask of these amplitudes; forming: how many parameters beyond them a full fit would move.
         odds: relative prior odds among the forms; sign: 1 for a single amplitude that can only be positive, else 0.
+        joint: (m,) joint, from 0, that each amplitude turns; None where ``values`` are derivatives.
     """
 
     key: str
     label: str
     effect: Effect
     refit: NDArray[np.bool_]
-    columns: Array
+    values: Array
     screened: NDArray[np.bool_]
     forming: int = 0
     odds: float = 1.0
     sign: int = 0
+    joint: tuple[int, ...] | None = None
 
     @property
     def width(self) -> int:
         """Number of screened amplitudes, which a score test judges together."""
         return int(self.screened.sum())
+
+    def columns(self, problem: Problem) -> Array:
+        """Return (N, m) whitened derivatives by the screened amplitudes, in units of their ordinary sizes."""
+        return self.values if self.joint is None else problem.turns[:, self.joint] * self.values[problem.row]
 
     def appended(self, effect: SumOfTerms) -> Form:
         """Return the form with its term appended to those of an effect; its columns stay those of its own term."""
@@ -58,17 +65,17 @@ class Form:
 
 @dataclass(frozen=True)
 class Stack:
-    """M forms with the same number w of screened amplitudes, side by side.
+    """M forms with the same number w of screened amplitudes, which turn the same joints if any, side by side.
 
     Args:
-        index: (M,) position of each among all forms; values: (N, M w) their columns; gram: (M, w, w) inner products.
+        index: (M,) position of each among all forms; values: (N or n, M w) and joint: (w,) as in `Form`.
         forming: (M,) number of parameters that only shape the effect; flexible: (M,) whether it is a free function.
         sign: (M,) as in `Form`.
     """
 
     index: NDArray[np.int_]
     values: Array
-    gram: Array
+    joint: tuple[int, ...] | None
     forming: NDArray[np.int_]
     flexible: NDArray[np.bool_]
     sign: NDArray[np.int_]
@@ -80,31 +87,37 @@ class Stack:
         Args:
             index: position of each form among all of them.
         """
-        values = np.hstack([form.columns for form in some])
-        C = values.reshape(len(values), len(some), -1).transpose(1, 0, 2)
+        values = np.hstack([form.values for form in some])
         numbers = ([f.forming, f.effect.roughness() is not None, f.sign] for f in some)
         forming, flexible, sign = np.array(list(numbers), dtype=int).T
-        return cls(np.array(index), values, C.transpose(0, 2, 1) @ C, forming, flexible.astype(bool), sign)
+        return cls(np.array(index), values, some[0].joint, forming, flexible.astype(bool), sign)
+
+    @cached_property
+    def gram(self) -> Array:
+        """(M, w, w) inner products of the derivatives of each form."""
+        C = self.values.reshape(len(self.values), len(self.index), -1).transpose(1, 0, 2)
+        return np.asarray(C.transpose(0, 2, 1) @ C)
 
 
 @dataclass(frozen=True)
 class Forms:
-    """Forms of an effect, stacked once for all screenings: their columns are views of the stacks."""
+    """Forms of an effect, stacked once for all screenings: their values are views of the stacks."""
 
     every: tuple[Form, ...] = ()
     stacks: tuple[Stack, ...] = ()
 
     @classmethod
     def of(cls, every: Iterable[Form]) -> Forms:
-        """Return forms with their columns stacked by width, at most `NUMBERS_AT_ONCE` numbers in a stack."""
-        forms, stacks, by_width = list(every), list[Stack](), dict[int, list[int]]()
+        """Return forms stacked by width and joints, at most `NUMBERS_AT_ONCE` numbers in a stack."""
+        forms, stacks, alike = list(every), list[Stack](), dict[tuple[object, ...], list[int]]()
         for i, form in enumerate(forms):
-            by_width.setdefault(form.width, []).append(i)
-        for width, index in by_width.items():
-            for rows in blocks(len(index), max(1, int(NUMBERS_AT_ONCE / forms[index[0]].columns.size))):
+            alike.setdefault((form.width, form.joint), []).append(i)
+        for index in alike.values():
+            width = forms[index[0]].width
+            for rows in blocks(len(index), max(1, int(NUMBERS_AT_ONCE / forms[index[0]].values.size))):
                 stacks.append(Stack.of([forms[i] for i in index[rows]], index[rows]))
                 for k, i in enumerate(index[rows]):
-                    forms[i] = replace(forms[i], columns=stacks[-1].values[:, k * width : (k + 1) * width])
+                    forms[i] = replace(forms[i], values=stacks[-1].values[:, k * width : (k + 1) * width])
         return cls(tuple(forms), tuple(stacks))
 
     def __len__(self) -> int:
@@ -152,19 +165,17 @@ def forms_nearby(problem: Problem, effect: Effect, new: int) -> Forms:
 
 
 def make_form(problem: Problem, v: Variant) -> Form | None:
-    """Return a variant of an effect as a form with its whitened columns; None where these vanish on this data."""
+    """Return a variant of an effect as a form; None where it moves nothing on this data."""
     size, state = ordinary(problem.model, v.effect, v.free), problem.sensitivity.state
     basis = None if v.effect.missing(state) else v.effect.joint_basis(state)
-    if basis is None:
-        columns = problem.columns(v.effect, v.free) * size
-    else:
-        columns = problem.turns[:, basis.joint[v.free]] * (basis.values[:, v.free] * size)[problem.row]
-    if not np.isfinite(columns).all() or not columns.any():
+    joint = None if basis is None else tuple(basis.joint[v.free].tolist())
+    values = problem.columns(v.effect, v.free) * size if basis is None else basis.values[:, v.free] * size
+    if not np.isfinite(values).all() or not values.any() or not (joint is None or problem.turns[:, joint].any()):
         return None
     forming = int((v.refit & ~v.effect.amplitudes()).sum())
     sign = int(v.free.sum() == 1 and (v.effect.bounds()[0] == v.effect.null_vector())[v.free].all())
     key = type(v.effect).key
-    return Form(key, v.label, v.effect, v.refit, columns, v.free, forming, v.odds, sign)
+    return Form(key, v.label, v.effect, v.refit, values, v.free, forming, v.odds, sign, joint)
 
 
 def columns_of(problem: Problem, effect: Effect, mask: NDArray[np.bool_]) -> Array:

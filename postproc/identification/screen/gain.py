@@ -12,6 +12,7 @@ from postproc.effects.base import Effect
 from postproc.effects.similarity import ordinary_sizes
 from postproc.estimation.evidence import DECADES, ROUNDING_SHARE, log_evidence, schwarz
 from postproc.estimation.linear import Linear
+from postproc.estimation.problem import Problem
 from postproc.estimation.solving.determined import WIDE
 from postproc.identification.screen.forms import Forms, Stack
 from postproc.robot.arm import Robot
@@ -40,10 +41,54 @@ class Gain:
         return Gain(self.fall[m], self.count[m], self.visible[m], self.evidence[m])
 
 
-def gains(linear: Linear, forms: Forms) -> Gain:
-    """Return the gain of every form, (M,) each, beside the fitted parameters (score test, no refit)."""
+@dataclass(frozen=True)
+class JointTurns:
+    """The joints' turns beside the fitted parameters, their products summed over the numbers of each row.
+
+    What only turns joints has one number a row: six times as many products would be summed without this.
+
+    Args:
+        rows: (R,) indices of the measured rows; square: (R, 6, 6) products of the whitened turns of every two joints.
+        inside: (k, R, 6) products of a basis of the fitted parameters with the turns; along: (R, 6) of the residual.
+    """
+
+    rows: NDArray[np.int_]
+    square: Array
+    inside: Array
+    along: Array
+
+    @classmethod
+    def of(cls, linear: Linear, turns: Array) -> JointTurns:
+        """Return the products of the whitened turns (N, 6) of the joints beside a fit."""
+        along = linear.by_row(linear.projected_residual[:, None], turns)[:, 0]
+        inside = linear.by_row(linear.nuisance, turns).transpose(1, 0, 2)
+        return cls(np.unique(linear.row), linear.by_row(turns, turns), inside, along)
+
+    def products(self, stack: Stack) -> tuple[Array, Array, Array]:
+        """Return `_products` of a stack of forms that turn joints."""
+        M, joints = len(stack.index), np.array(stack.joint)
+        V = stack.values[self.rows].reshape(len(self.rows), M, -1)
+        gram, inside = np.empty((M, len(joints), len(joints))), np.empty((M, len(self.inside), len(joints)))
+        for i in np.unique(joints):
+            first = np.flatnonzero(joints == i)
+            inside[:, :, first] = np.tensordot(self.inside[:, :, i], V[:, :, first], 1).transpose(1, 0, 2)
+            for j in np.unique(joints):
+                second = np.flatnonzero(joints == j)
+                some = (V[:, :, first] * self.square[:, i, j, None, None]).transpose(1, 2, 0)
+                gram[:, first[:, None], second] = some @ V[:, :, second].transpose(1, 0, 2)
+        return gram, inside, np.einsum("nmw,nw->mw", V, self.along[:, joints])
+
+
+def gains(problem: Problem, linear: Linear, forms: Forms) -> Gain:
+    """Return the gain of every form, (M,) each, beside the fitted parameters (score test, no refit).
+
+    Args:
+        problem: the fitted model beside the data; linear: the same fit as a linear problem.
+    """
     order = np.argsort(np.concatenate([stack.index for stack in forms.stacks]))
-    parts = [_gains(linear, stack) for stack in forms.stacks]
+    turned = any(stack.joint is not None for stack in forms.stacks)
+    turns = JointTurns.of(linear, problem.turns) if turned else None
+    parts = [_gains(linear, stack, turns) for stack in forms.stacks]
     return Gain(*(np.concatenate([getattr(f, each.name) for f in parts])[order] for each in fields(Gain)))
 
 
@@ -55,24 +100,36 @@ def gain(linear: Linear, columns: Array, forming: int = 0, flexible: bool = Fals
         flexible: whether the form is a free function.
     """
     one = np.zeros(1, dtype=int)
-    stack = Stack(one, columns, (columns.T @ columns)[None], one + forming, np.array([flexible]), one)
+    stack = Stack(one, columns, None, one + forming, np.array([flexible]), one)
     return _gains(linear, stack).of(0)
 
 
-def _gains(linear: Linear, stack: Stack) -> Gain:
+def _products(linear: Linear, stack: Stack) -> tuple[Array, Array, Array]:
+    """Return C^T C (M, w, w), U^T C (M, k, w) and C^T y (M, w) of the columns C of each of M forms.
+
+    Args:
+        linear: the fit, with a basis U of its columns and the residual y.
+    """
+    M = len(stack.index)
+    inside = (linear.nuisance.T @ stack.values).reshape(linear.nuisance.shape[1], M, -1).transpose(1, 0, 2)
+    return stack.gram, inside, (stack.values.T @ linear.projected_residual).reshape(M, -1)
+
+
+def _gains(linear: Linear, stack: Stack, turns: JointTurns | None = None) -> Gain:
     """Return fall, count, visible size and evidence, (M,) each, of the M forms in a stack.
 
     For a form with whitened columns C, and data y, G = C^T P C and b = C^T P y, where P projects out the fitted
     parameters. With parameters that scatter by a = 3 d ordinary sizes, least squares lower the sum of squares by
     b^T (G + s^2/a^2)^-1 b; the factor d (some decades) of the largest evidence is taken, which costs 2 |log d| of it.
     Directions that the data cannot see cost and bring nothing.
+
+    Args:
+        turns: what turns joints beside the fit; None for a stack of columns.
     """
     before, freedom, forming = linear.square, float(linear.freedom), stack.forming
-    M, width = stack.gram.shape[:2]
-    inside = (linear.nuisance.T @ stack.values).reshape(-1, M, width).transpose(1, 0, 2)
-    along = (stack.values.T @ linear.projected_residual).reshape(M, width)
-    length = np.diagonal(stack.gram, axis1=1, axis2=2)
-    G = stack.gram - inside.transpose(0, 2, 1) @ inside
+    gram, inside, along = _products(linear, stack) if turns is None or stack.joint is None else turns.products(stack)
+    M, length = len(along), np.diagonal(gram, axis1=1, axis2=2)
+    G = gram - inside.transpose(0, 2, 1) @ inside
     value, vector = np.linalg.eigh(G)
     value = np.maximum(value, 0.0)
     part = np.einsum("mij,mi->mj", vector, along) ** 2

@@ -51,7 +51,7 @@ def bic(one: Set) -> dict[str, Any]:
         n = len(linear.residual)
         for key in (k for k in classes if fit.model.effect(k) is None):
             for form in forms_of(fit.problem, classes[key]):
-                inside = linear.project(form.columns)
+                inside = linear.project(form.columns(fit.problem))
                 left = (
                     linear.projected_residual
                     - inside @ np.linalg.lstsq(inside, linear.projected_residual, rcond=1e-6)[0]

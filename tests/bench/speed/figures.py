@@ -31,7 +31,8 @@ class Sizes:
     Args:
         targets: of the programs whose growth is measured; middle: a size between them.
         counted: targets of the program whose calls are counted. rows: of the tables that are diagnosed, with their limits
-            [s]. fitted: rows of the fit beside its peer. repeat: repetitions of short parts, long: of long ones.
+            [s]. fitted: rows of the fit beside its peer. turned: poses of few places, in six orientations each; mapped:
+            rows of an arm with an error map. repeat: repetitions of short parts, long: of long ones.
     """
 
     targets: tuple[int, ...] = (200, 2_000, 20_000)
@@ -41,13 +42,15 @@ class Sizes:
     rows: tuple[tuple[int, float], ...] = ((176, 2.5), (1_316, 5.0), (12_000, 15.0))
     fitted: int = 1_316
     added: int = 12_000
+    turned: int = 700
+    mapped: int = 1_000
     batch: int = 200
     pages: tuple[int, ...] = (20, 20_000)
     repeat: int = 5
     long: int = 3
 
 
-QUICK = Sizes((60, 120), 100, 100, 300, ((60, 2.5),), 60, 0, 0, (20,), 2, 1)
+QUICK = Sizes((60, 120), 100, 100, 300, ((60, 2.5),), 60, 0, 0, 0, 0, (20,), 2, 1)
 
 
 def repeated(work: Callable[[], Any], times: int) -> tuple[float, ...]:
@@ -257,6 +260,25 @@ def adding(sizes: Sizes) -> list[Figure]:
     return [Figure(name, "s", times, 120.0), Figure(f"{name}, peak memory", "MB", (peak(),), 2_000.0)]
 
 
+def improving(sizes: Sizes, name: str, add: bool) -> list[Figure]:
+    """`diagnose` of a table whose errors are many times the noise, or `add` of the map that it finds, and the memory."""
+    from postproc.identification.add import add_effects
+    from postproc.identification.diagnose import diagnose
+    from tests.bench.speed import measured
+    from tests.identification.cells import base_fit
+
+    if name == "turned":
+        data, what = measured.six_orientations(sizes.turned), "six-orientation poses"
+        model, limits = base_fit(data).model, (20.0, 500.0)
+    else:
+        data, what = measured.mapped(sizes.mapped), "rows with an error map"
+        model, limits = base_fit(data, "ur5", ("link_geometry",)).model, (30.0, None)
+    command = f"`{'add' if add else 'diagnose'}` {len(data)} {what}"
+    work = (lambda: add_effects(model, data, ["joint_error_map"])) if add else lambda: diagnose(model, data)
+    times = repeated(work, 2)
+    return [Figure(command, "s", times, limits[0]), Figure(f"{command}, peak memory", "MB", (peak(),), limits[1])]
+
+
 def pages(sizes: Sizes, n: int) -> list[Figure]:
     """The page of a conversion: time and size, and what of it is no data."""
     from postproc.report.page import render_page
@@ -306,6 +328,10 @@ def parts(sizes: Sizes) -> dict[str, Callable[[], list[Figure]]]:
     found |= {f"rows {n}": lambda n=n, most=most: diagnosis(sizes, n, most) for n, most in sizes.rows}  # type: ignore[misc]
     if sizes.added:
         found["add"] = lambda: adding(sizes)
+    for name in ("turned", "mapped") if sizes.turned else ():
+        found |= {
+            f"{name} {word}": lambda n=name, a=word == "add": improving(sizes, n, a) for word in ("diagnose", "add")
+        }  # type: ignore[misc]
     found |= {f"page {n}": lambda n=n: pages(sizes, n) for n in sizes.pages}  # type: ignore[misc]
     if sizes.batch and (os.cpu_count() or 1) > 1:
         found["batch"] = lambda: batches(sizes)
