@@ -9,7 +9,7 @@ from scipy import stats
 from scipy.integrate import quad
 
 from postproc.estimation.evidence import f_test
-from postproc.estimation.fitted import ODDS, excess_variance
+from postproc.estimation.fitted import excess_variance
 from postproc.estimation.held_out import contiguous_blocks, hold_out, neighbouring_blocks, standardised
 from postproc.estimation.independent import independent_share, serial_share
 from postproc.estimation.linear import Linear, basis_of
@@ -133,7 +133,7 @@ def test_the_excess_of_a_residual_is_the_mean_of_its_posterior(total, dof):
         [quad(lambda v, k=k: likelihood(v) * (v - 1.0) ** k / v**2, *e)[0] for k in (0, 1)] for e in pairwise(ends)
     ]
     zeroth, first = np.sum(parts, axis=0)
-    expected = ODDS * first / (likelihood(1.0) + ODDS * zeroth)
+    expected = first / (likelihood(1.0) + zeroth)
     for noise in (1.0, 4e-10):
         assert excess_variance(noise * total, dof, noise, np.inf) == pytest.approx(noise * expected, rel=1e-5)
 

@@ -113,7 +113,7 @@ def test_a_curve_is_searched_anew_without_each_part(monkeypatch):
     assert 0.8 * NOISE < fit.unseen_rms < 1.5 * NOISE
     seen = []
     monkeypatch.setattr("postproc.identification.regions.with_curves_anew", lambda state: seen.append(state) or state)
-    blind = with_regions(fit, base).regions
+    blind = with_regions(fit, base, searched=True).regions
     assert blind is not None and len(seen) == 4 and {len(s.fit.data) for s in seen} < set(range(len(data)))
     # A search that finds nothing leaves the model before, and the curve holds near the rows alone.
     assert not blind.helps and rms(blind.after) == rms(blind.before) and blind.surest is not None

@@ -142,7 +142,7 @@ def test_an_unknown_effect_of_the_tool_shows_along_the_way_that_it_goes() -> Non
     for where in ("instrument, shifted and turned", "tool, under a weight", "instrument, azimuth"):
         assert suspect_chart(found.searched, replace(first, where=where), found.floor) == ""
     page = render_page(diagnosis_document("cell.toml cell.csv", found))
-    assert figures(page)["error with what has no name, at best"].startswith("0.03")
+    assert figures(page)["error in parts left out with what has no name"].startswith("0.03")
 
 
 def test_the_page_of_a_long_table_shows_the_rows_that_were_searched(monkeypatch: pytest.MonkeyPatch) -> None:
