@@ -84,17 +84,36 @@ class LeftOut:
     open_: Array
 
     @classmethod
-    def of(cls, fit: Solution, before: Linear, after: Linear, inside: NDArray[np.bool_]) -> LeftOut:
-        """Return a region as linear problems with the rows of a fit predict it."""
-        weights, size = fit.problem.weights, fit.problem.weights.values.shape[1]
-        at = np.repeat(inside[:, None], size, axis=1)[weights.used]
-        (old, _), (new, known) = (left_out(x.residual, x.nuisance, at) for x in (before, after))
-        every = np.zeros((len(at), 2 + known.shape[1]))
-        every[at] = np.column_stack([old, new, np.sqrt(fit.variance) * known])
-        metres = np.full((*weights.values.shape, every.shape[1]), np.nan)
-        metres[weights.used] = every / weights.values[weights.used][:, None]
-        metres = metres[:, fit.observed.columns]
-        return cls(inside, metres[..., 0], metres[..., 1], metres[..., 2:])
+    def of(
+        cls, before: Solution, after: tuple[Solution, Linear], inside: NDArray[np.bool_], variance: float
+    ) -> LeftOut:
+        """Return a region as the rows outside of it predict it.
+
+        Args:
+            before: the fit before. after: the fit whose weights count, and the linear problem, with what was added.
+            variance: of the residual of the fit with it, in units of the assumed one.
+        """
+        old, _ = _left_out(before, before.linear, inside)
+        new, known = _left_out(*after, inside)
+        return cls(inside, old, new, np.sqrt(variance) * known)
+
+
+def _left_out(fit: Solution, linear: Linear, inside: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Return errors (n, w) of what is observed, predicted without some rows, and (n, w, k) what parameters may be off
+    where the noise is as assumed.
+
+    Args:
+        fit: whose weights count; linear: of that fit, or with more columns; inside: (n,) mask of the rows.
+    """
+    weights = fit.problem.weights
+    at = np.repeat(inside[:, None], weights.values.shape[1], axis=1)[weights.used]
+    errors, known = left_out(linear.residual, linear.nuisance, at)
+    every = np.zeros((len(at), 1 + known.shape[1]))
+    every[at] = np.column_stack([errors, known])
+    metres = np.full((*weights.values.shape, every.shape[1]), np.nan)
+    metres[weights.used] = every / weights.values[weights.used][:, None]
+    metres = metres[:, fit.observed.columns]
+    return metres[..., 0], metres[..., 1:]
 
 
 def judged_by_regions(fit: Solution, lacking: tuple[Field, float], regions: Sequence[LeftOut]) -> Regions:
@@ -120,7 +139,7 @@ def judged_by_regions(fit: Solution, lacking: tuple[Field, float], regions: Sequ
     x = coordinates(fit.data.state, field.names)
     before, after, gain = [], [], 0.0
     for region in regions:
-        good = kept & region.inside & np.isfinite(region.after).all(axis=1)
+        good = kept & region.inside & np.isfinite(region.before + region.after).all(axis=1)
         before.append(region.before[good])
         after.append(region.after[good])
         rows, others = _some(np.flatnonzero(good), ROWS_JUDGED), _some(np.flatnonzero(kept & ~region.inside), ROWS_KEPT)

@@ -49,8 +49,8 @@ def with_regions(fit: Fit, before: Fit, searched: bool = False) -> Fit:
     else:
         masks = parts_of_range(lacking[0], state, ANEW if searched else FIXED)
     for mask in masks:
-        after = _chosen_anew(before, mask, ordered) if searched else fit.linear
-        regions.append(LeftOut.of(fit, before.linear, after, mask))
+        after = (before, _chosen_anew(before, mask, ordered)) if searched else (fit, fit.linear)
+        regions.append(LeftOut.of(before, after, mask, fit.variance))
     found = judged_by_regions(fit, lacking, regions)
     if searched and not found.helps:
         found = replace(found, surest=settled(before).model)
