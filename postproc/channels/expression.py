@@ -108,6 +108,10 @@ class Channel:
             return ("pose", "robot")
         return () if _is_number(self.head) else (self.head,)
 
+    def follows(self, name: str) -> bool:
+        """Return whether the value is that of a column or computed from it, beyond being in the order of its times."""
+        return self.head == name or any(c.follows(name) for c in self.arguments)
+
     @property
     def ordered(self) -> tuple[str, ...]:
         """Names of the channel, and of those inside it, that follow the rows in their order."""

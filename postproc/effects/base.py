@@ -285,10 +285,7 @@ class Effect:
         return bool(np.all(self.vector() == self.null_vector()))
 
     def impossible(self, robot: Robot, beside: Mapping[str, Effect]) -> NDArray[np.bool_]:
-        """Return a mask (p,) of present values that no arm can have, such as a negative mass; by default none.
-
-        A diagnosis keeps these parameters at `null_vector`. ``beside`` are all effects of the model, by key.
-        """
+        """Return (p,) present values that no arm can have, which a diagnosis keeps at null; ``beside``: all, by key."""
         return np.zeros(len(self.layout.null), dtype=bool)
 
     @classmethod
@@ -325,6 +322,10 @@ class Effect:
     def ordered_channels(self) -> tuple[Channel, ...]:
         """The channels it reads that follow the rows in their order, such as ``lag(temperature, 2640 s)``."""
         return tuple(channel(name) for name in self.reads if follows_order(name))
+
+    def follows(self, name: str) -> bool:
+        """Return whether the law follows a column itself, and not only channels that are derived by it."""
+        return name in self.reads and not any(name in c.reads for c in self.ordered_channels)
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:

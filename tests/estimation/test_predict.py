@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from postproc.effects.base import Displacement, Effect, param
+from postproc.effects.library.curve import ChannelCurve
 from postproc.estimation.least_squares import evaluate, fit_model
 from postproc.estimation.recorded import recorded_model
 from postproc.identification.compare import compare
@@ -133,6 +134,22 @@ def test_a_law_in_the_rows_of_one_table_is_not_applied_to_another():
         (rows_of(2), "DAT021"),
     ):
         assert (code, "warning") in [(d.code, d.severity) for d in predict_rows(model, accept).diagnostics]
+
+
+@pytest.mark.parametrize(
+    ("channels", "direct"),
+    [("lag(temperature, 900 s)", False), ("creep(load3, 900 s)", False), ("time", True), ("time * q3", True)],
+)
+def test_a_law_that_lags_is_derived_anew_in_another_session(channels, direct):
+    """What a channel left behind follows the times of any table; a law of the time itself is one session's."""
+    parts = channels.split(" * ")
+    curve = ChannelCurve.null(
+        place=("joint 2",),
+        channels=(channels,),
+        basis=(" * ".join(["line"] * len(parts)),),
+        numbers=(0.0,) * len(parts),
+    )
+    assert "time" in curve.reads and curve.follows("time") is direct
 
 
 @pytest.mark.parametrize(("later", "stops"), [(0.0, False), (1e6, True)])

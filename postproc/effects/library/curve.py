@@ -133,6 +133,10 @@ class ChannelCurve(
             read |= dict.fromkeys(("pose", "robot")) if t.place in LOADED or t.place[12:] in READINGS else {}
         return tuple(read) or ("q",)
 
+    def follows(self, name: str) -> bool:
+        """Return whether the law follows a column itself."""
+        return any(c.follows(name) for t in self.terms for c, *_ in t.factors)
+
     def displacement(self, state: State) -> Displacement:
         """Displacement of joints, bodies, tool and instrument by all terms that carry no weight."""
         n = len(state)

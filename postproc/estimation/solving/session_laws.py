@@ -26,7 +26,7 @@ def session_laws(model: Model, data: Measurements) -> list[Diagnostic]:
     """
     findings = []
     for effect in model.effects:
-        clocks = [clock for clock in CLOCK_COLUMNS if clock in effect.reads and data.state.channel(clock) is not None]
+        clocks = [clock for clock in CLOCK_COLUMNS if effect.follows(clock) and data.state.channel(clock) is not None]
         if effect.is_null or effect.key == "outlier" or _fitted_to(model, data):
             continue
         for clock in clocks:
