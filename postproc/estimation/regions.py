@@ -75,12 +75,14 @@ class LeftOut:
     Args:
         inside: (n,) mask of its rows. before: (n, w) errors [m], [rad] of angles, of the w numbers of a row that are
             observed, by the model before; after: the same by the model; nan where they do not count.
-        open_: (n, w, k) what the parameters may be off there, one standard deviation [m], [rad] each.
+        rows: (m,) index of some of its rows; open_: (m, w, k) what the parameters may be off there, one standard
+            deviation [m], [rad] each.
     """
 
     inside: NDArray[np.bool_]
     before: Array
     after: Array
+    rows: NDArray[np.intp]
     open_: Array
 
     @classmethod
@@ -95,25 +97,28 @@ class LeftOut:
         """
         old, _ = _left_out(before, before.linear, inside)
         new, known = _left_out(*after, inside)
-        return cls(inside, old, new, np.sqrt(variance) * known)
+        rows = _some(np.flatnonzero(inside & np.isfinite(old + new).all(axis=1)), ROWS_JUDGED)
+        return cls(inside, old, new, rows, np.sqrt(variance) * known[np.searchsorted(np.flatnonzero(inside), rows)])
 
 
 def _left_out(fit: Solution, linear: Linear, inside: NDArray[np.bool_]) -> tuple[Array, Array]:
-    """Return errors (n, w) of what is observed, predicted without some rows, and (n, w, k) what parameters may be off
-    where the noise is as assumed.
+    """Return errors (n, w) of what is observed in m rows that were left out, nan elsewhere.
 
     Args:
         fit: whose weights count; linear: of that fit, or with more columns; inside: (n,) mask of the rows.
+
+    Returns:
+        The errors, and (m, w, k) what parameters may be off there where the noise is as assumed.
     """
-    weights = fit.problem.weights
-    at = np.repeat(inside[:, None], weights.values.shape[1], axis=1)[weights.used]
+    weights = fit.problem.weights.rows(inside)
+    at = np.repeat(inside[:, None], weights.values.shape[1], axis=1)[fit.problem.weights.used]
     errors, known = left_out(linear.residual, linear.nuisance, at)
-    every = np.zeros((len(at), 1 + known.shape[1]))
-    every[at] = np.column_stack([errors, known])
-    metres = np.full((*weights.values.shape, every.shape[1]), np.nan)
-    metres[weights.used] = every / weights.values[weights.used][:, None]
+    metres = np.full((*weights.values.shape, 1 + known.shape[1]), np.nan)
+    metres[weights.used] = np.column_stack([errors, known]) / weights.values[weights.used][:, None]
     metres = metres[:, fit.observed.columns]
-    return metres[..., 0], metres[..., 1:]
+    every = np.full((len(inside), metres.shape[1]), np.nan)
+    every[inside] = metres[..., 0]
+    return every, metres[..., 1:]
 
 
 def judged_by_regions(fit: Solution, lacking: tuple[Field, float], regions: Sequence[LeftOut]) -> Regions:
@@ -142,11 +147,12 @@ def judged_by_regions(fit: Solution, lacking: tuple[Field, float], regions: Sequ
         good = kept & region.inside & np.isfinite(region.before + region.after).all(axis=1)
         before.append(region.before[good])
         after.append(region.after[good])
-        rows, others = _some(np.flatnonzero(good), ROWS_JUDGED), _some(np.flatnonzero(kept & ~region.inside), ROWS_KEPT)
+        counted = good[region.rows]
+        rows, others = region.rows[counted], _some(np.flatnonzero(kept & ~region.inside), ROWS_KEPT)
         across = field.covariance(x[others], x[rows])
         told = field.covariance(x[others], x[others]) + max(field.noise, 1e-9) * np.eye(len(others))
         left = field.covariance(x[rows], x[rows]) - across.T @ np.linalg.solve(told, across)
-        known = region.open_[rows].reshape(region.after[rows].size, -1)
+        known = region.open_[counted].reshape(region.after[rows].size, -1)
         lower = cholesky(level**2 * np.eye(len(known)) + known @ known.T, lower=True, check_finite=False)
         first = solve_triangular(lower, np.kron(left, np.eye(region.after.shape[1])), lower=True, check_finite=False)
         second = solve_triangular(lower, first.T, lower=True, check_finite=False)

@@ -149,15 +149,16 @@ def _region_values(addition: Addition) -> dict[str, Any] | None:
         return None
     robot, state, model = fit.model.robot, fit.data.state, addition.model
     somewhere = anywhere(state, *np.clip([robot.lower, robot.upper], -np.pi, np.pi))
-    near, far = (rms(predict_sigma(model, some)) for some in (state, somewhere))
+    noise = 1e-3 * float(model.fit.get("noise_mm", 0.0))
+    near, far = (np.hypot(rms(predict_sigma(model, some)), noise) for some in (state, somewhere))
     return {
         "near": {
             "before_mm": mm(addition.before.held_out_rms),
             "after_mm": mm(fit.held_out_rms),
-            "expected_mm": mm(np.hypot(near, fit.noise.sigma or 0.0)),
+            "expected_mm": mm(near),
         },
         "left_out": {"before_mm": mm(rms(regions.before)), "after_mm": mm(rms(regions.after)), "expected_mm": None},
-        "anywhere": {"before_mm": None, "after_mm": None, "expected_mm": mm(np.hypot(far, fit.noise.sigma or 0.0))},
+        "anywhere": {"before_mm": None, "after_mm": None, "expected_mm": mm(far)},
         "local": regions.surest is not None,
     }
 

@@ -81,7 +81,8 @@ def judged(before: float, after: float) -> tuple[float, float, bool]:
     smooth = np.linalg.cholesky(np.exp(-0.5 * np.sum((x[:, None] - x) ** 2, axis=2)) + 1e-6 * np.eye(n))
     waves = smooth @ np.random.default_rng(3).normal(size=(n, 3))
     noise = np.random.default_rng(4).normal(0, fit.rms, (n, 3))
-    parts = [LeftOut(mask, before * waves + noise, after * waves + noise, np.zeros((n, 3, 0))) for mask in masks]
+    errors = (before * waves + noise, after * waves + noise)
+    parts = [LeftOut(mask, *errors, np.flatnonzero(mask), np.zeros((mask.sum(), 3, 0))) for mask in masks]
     found = judged_by_regions(fit, (replace(field, lengths=np.full(len(field.lengths), 0.7)), before), parts)
     assert rms(found.after) == pytest.approx(np.hypot(after, fit.rms), rel=0.4)
     return found.lacking, found.beyond, found.helps
