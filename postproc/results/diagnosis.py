@@ -43,7 +43,7 @@ from postproc.results.fit import (
     undetermined_sentences,
 )
 from postproc.results.sentences import MOST_RIVALS_NAMED, doubts, headline, title
-from postproc.results.wording import ANY_FUNCTION, p_text, place
+from postproc.results.wording import ANY_FUNCTION, p_text, percent, place
 
 CHOSEN = "at best: its form was chosen on these rows"
 TELLING_CHANCE = 0.05
@@ -285,9 +285,7 @@ def suspect_table(suspects: Sequence[Any]) -> DataTable:
         suspects: values with ``where``, ``pattern``, ``share`` and ``channel``.
     """
     channels = grouped(((s.where, s.pattern, s.share), s.channel) for s in suspects)
-    rows = [
-        (where, joined(some), pattern, f"{100 * share:.0f} %") for (where, pattern, share), some in channels.items()
-    ]
+    rows = [(where, joined(some), pattern, percent(share)) for (where, pattern, share), some in channels.items()]
     return DataTable("suspects", ("where", "channel", "pattern", "explains"), rows)
 
 
