@@ -32,10 +32,11 @@ COLUMNS: Mapping[str, tuple[str, ...]] = {
     "payload": ("payload_kg", "payload_x_mm", "payload_y_mm", "payload_z_mm"),
     "wrench": ("fx_N", "fy_N", "fz_N", "mx_Nm", "my_Nm", "mz_Nm"),
     "session": ("session",),
+    "reflector": ("reflector",),
     "external_axes": tuple(f"eax_{letter}" for letter in AXES),
 }
 """Recorded channels by the name that effects declare, and the columns of a measurement table that hold them."""
-CONSTANT = frozenset({"gravity", "robot", "station", "channels", "session_names", "T_flange_tcp"})
+CONSTANT = frozenset({"gravity", "robot", "station", "channels", "session_names", "reflector_names", "T_flange_tcp"})
 """Fields of a state that are not one value for each row."""
 EACH_ROW = {"T_flange_tcp": 3, "gravity": 2}
 """Dimensions of constants that may differ row by row."""
@@ -54,6 +55,7 @@ class State:
         temperature: (n,) [degC]; time: (n,) [s].
         T_flange_tcp: (4, 4) or (n, 4, 4) nominal tool.
         session: (n,) index of the measuring session in session_names.
+        reflector: (n,) index of the measured point of the tool in reflector_names.
         channels: further columns of the measurement table, by name, (n,).
         gravity: (3,) [m/s^2] in base axes (a gantry hangs its arm upside down), or (n, 3) where it differs: of a base
             that leans with its axes, and less the acceleration of the origin of one that moves.
@@ -81,6 +83,8 @@ class State:
     T_flange_tcp: Array = field(default_factory=lambda: np.eye(4))
     session: Array | None = None
     session_names: tuple[str, ...] = ()
+    reflector: Array | None = None
+    reflector_names: tuple[str, ...] = ()
     channels: Mapping[str, Array] = field(default_factory=dict)
     gravity: Array = field(default_factory=lambda: gravity_in(np.eye(3)))
     external_axes: Array | None = None
@@ -117,9 +121,12 @@ class State:
     @property
     def session_of_rows(self) -> NDArray[np.str_]:
         """(n,) name of the session of each row, its number where names are missing; the states must have sessions."""
-        index = np.asarray(self.session, dtype=int)
-        names = np.array(self.session_names or [str(i) for i in range(int(index.max(initial=0)) + 1)])
-        return np.asarray(names[index])
+        return _named(self.session, self.session_names)
+
+    @property
+    def reflector_of_rows(self) -> NDArray[np.str_]:
+        """(n,) name of the reflector of each row, its number where names are missing; "" where rows name none."""
+        return np.full(len(self), "") if self.reflector is None else _named(self.reflector, self.reflector_names)
 
     @cached_property
     def motions(self) -> list[BodyMotion] | None:
@@ -144,3 +151,10 @@ class State:
     def with_(self, **changes: object) -> State:
         """Return the states with other values of these fields."""
         return replace(self, **changes)  # type: ignore[arg-type]
+
+
+def _named(number: Array | None, names: tuple[str, ...]) -> NDArray[np.str_]:
+    """Return (n,) names by their numbers, the numbers themselves where there are no names."""
+    index = np.asarray(number, dtype=int)
+    every = np.array(names or [str(i) for i in range(int(index.max(initial=0)) + 1)])
+    return np.asarray(every[index])

@@ -22,6 +22,7 @@ from postproc.effects.library.curve import ChannelCurve
 from postproc.effects.library.frames.frame_drift import FrameDrift
 from postproc.effects.library.frames.instrument_frame import InstrumentFrame
 from postproc.effects.library.frames.outlier import Outlier
+from postproc.effects.library.frames.reflector import Reflector
 from postproc.effects.library.frames.session import Session
 from postproc.effects.library.frames.tool_frame import ToolFrame
 from postproc.effects.library.joints.backlash import Backlash
@@ -74,6 +75,7 @@ BUILT_IN: tuple[type[Effect], ...] = (
     ExternalAxisError,
     ExternalAxisCompliance,
     Session,
+    Reflector,
     Outlier,
     ChannelCurve,
 )

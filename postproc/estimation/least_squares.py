@@ -29,7 +29,7 @@ from postproc.model.arm import Model
 from postproc.model.ordered import with_ordered_channels
 from postproc.watch import Watch, unwatched
 
-FIRST = ("instrument_frame", "session", "tool_frame", "joint_offset", "joint_compliance")
+FIRST = ("instrument_frame", "session", "tool_frame", "reflector", "joint_offset", "joint_compliance")
 LAST = ("link_geometry",)
 """Where two parameters do the same, the later effect is not fitted: frames before offsets before geometry."""
 PLAIN_TERMS = Terms()
@@ -206,9 +206,11 @@ def _evaluated(model: Model, data: Measurements, noise: float | None) -> Fit:
     lacking: list[Effect] = [effect_in_role(role).null() for role in frames if model.in_role(role) is None]
     complete = model.with_effects(*lacking, *model.effects)
     problem = start_frames(Problem(complete, data, make_weights(data, figures)))
-    complete, session = problem.model, problem.model.in_role(Role.SESSION_FRAMES)
-    if session is not None and session is not model.in_role(Role.SESSION_FRAMES):
-        lacking.append(session)
+    complete = problem.model
+    for role in (Role.SESSION_FRAMES, Role.REFLECTOR_POINTS):
+        placed = complete.in_role(role)
+        if placed is not None and placed is not model.in_role(role):
+            lacking.append(placed)
     frame = model.in_role(Role.INSTRUMENT_FRAME)
     place = None if frame is None else moved_instrument(problem, np.asarray(np.isfinite(data.position).all(axis=1)))
     if frame is not None and place is not None:

@@ -176,8 +176,8 @@ def _added(
         shares = [float(np.clip((top - s.fit.held_out_rms) / (top - floor), 0.0, 1.0)) for s in steps]
         steps = [replace(s, share=share) for s, share in zip(steps, shares, strict=True)]
     without: dict[str, FitFigures] = {}
-    # Frames of sessions that nobody asked for say where the instrument stood.
-    placed = set() if Role.SESSION_FRAMES in [cls.role for cls in classes] else {Role.SESSION_FRAMES}
+    # Frames of sessions, and points of reflectors, that nobody asked for say where things stood.
+    placed = {Role.SESSION_FRAMES, Role.REFLECTOR_POINTS} - {cls.role for cls in classes}
     for k, effect in enumerate(e for e in final.model.effects if not e.is_frame and e.role not in placed):
         watch(f"without `{effect.key}`", (len(classes) + 2 + k) / total)
         fit = without_effects(final, [effect.key])

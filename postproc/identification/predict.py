@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.channels.state import State
-from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.diagnostics import Diagnostic, PostprocError, joined
 from postproc.effects.roles import Role
 from postproc.estimation.findings import derived_sides
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import evaluate
 from postproc.estimation.solving.session_laws import session_laws
-from postproc.estimation.solving.start import FEWEST_POSES_TO_PLACE
+from postproc.estimation.solving.start import FEWEST_POSES_TO_PLACE, reflectors_known
 from postproc.measure.checks.readings import SUSPICIOUS_M
 from postproc.measure.errors import distances
 from postproc.measure.measurements import Measurements
@@ -96,6 +96,7 @@ def predict_rows(model: Model, data: Measurements, place: bool = False) -> Predi
     if placed is None:
         findings += _elsewhere(model, data, seen, position)
     findings += [*derived_sides(model, data), *_left_out(model, state, data), *_beyond(model, state, data)]
+    findings += _unknown_reflectors(known, state, data)
     return Prediction(data.pose_id, position, sigma, measured, parts, tuple(findings))
 
 
@@ -186,12 +187,25 @@ def _elsewhere(model: Model, data: Measurements, seen: NDArray[np.bool_], positi
 def _left_out(model: Model, state: State, data: Measurements) -> Iterator[Diagnostic]:
     """Yield DAT021 for effects that read channels that the table lacks."""
     for effect in model.effects:
-        if (unread := effect.missing(state)) and not effect.is_null and "session" not in unread:
+        unread = effect.missing(state)
+        if unread and not effect.is_null and {"session", "reflector"}.isdisjoint(unread):
             message = f"`{effect.key}` is left out: the table has no {' and no '.join(map(columns_of, unread))}"
             help_ = "record it, or fit a model without the effect"
             if "row" in unread:
                 help_ = "rows of the table that it was fitted to are numbered with `--rows-in-order`; else leave it out"
             yield Diagnostic("DAT021", "warning", message, data.source, help=help_)
+
+
+def _unknown_reflectors(model: Model, state: State, data: Measurements) -> Iterator[Diagnostic]:
+    """Yield DAT021 for reflectors of which the model does not know where they are on the tool."""
+    known, names = reflectors_known(model), list(dict.fromkeys(state.reflector_of_rows.tolist()))
+    some = [*known[:1], *(name for name in names if name not in known)]
+    if state.reflector is not None and (unknown := some[1:]):
+        listed, many = joined([f"`{name}`" for name in unknown]), len(unknown) > 1
+        message = f"the model does not know where {listed} {'are' if many else 'is'} on the tool: "
+        message += f"{'their' if many else 'its'} rows are predicted as those of `{some[0]}`"
+        help_ = "measured rows of it and `--place` tell"
+        yield Diagnostic("DAT021", "warning", message, data.source, help=help_)
 
 
 def _beyond(model: Model, state: State, data: Measurements) -> Iterator[Diagnostic]:

@@ -70,14 +70,18 @@ def agreement(data: Measurements, robot: Robot) -> Agreement:
 
     Where no session has `FEWEST_PLACED` poses, all rows are taken to be seen from one place.
     """
-    rows = np.flatnonzero(np.isfinite(data.position).all(axis=1) & np.isfinite(data.state.q).all(axis=1))
+    located = np.isfinite(data.position).all(axis=1) & np.isfinite(data.state.q).all(axis=1)
+    rows = np.flatnonzero(located & ~data.beside)
     arm, q = PlacedArm(robot, data.state.T_reference_base).rows(rows), data.state.q[rows]
     T = arm.flange(q)
     if data.tool_known:
         T = T @ data.state.T_flange_tcp[rows]
+    sessions, reflectors = sessions_of(data)[rows], data.state.reflector_of_rows[rows]
+    points = reflector_points(T, data.position[rows], reflectors, sessions)
+    T[:, :3, 3] += np.einsum("nij,nj->ni", T[:, :3, :3], np.array([points[name] for name in reflectors]).reshape(-1, 3))
     error, typical, wrong = np.zeros((len(rows), 3)), np.zeros(len(rows)), np.zeros(len(rows), dtype=bool)
     first: Alignment | None = None
-    doubtful, names = [], sessions_of(data)[rows]
+    doubtful, names = [], sessions.copy()
     if max((poses_among(q[names == name]) for name in np.unique(names)), default=0) < FEWEST_PLACED:
         names[:] = ""
     for name, _ in Counter(names.tolist()).most_common():
@@ -96,6 +100,50 @@ def agreement(data: Measurements, robot: Robot) -> Agreement:
     if first is None:
         return Agreement(rows, wrong, error, typical, (), False, False)
     return Agreement(rows, wrong, error, typical, tuple(doubtful), fits(first), first.typical < SUSPICIOUS_M)
+
+
+def reflector_points(
+    T: Array, position: Array, reflectors: NDArray[np.str_], sessions: NDArray[np.str_]
+) -> dict[str, Array]:
+    """Return where each reflector is on the tool beside that of most rows, (3,) [m] by name in axes of the tool.
+
+    A session is placed by a reflector whose point is known, and a reflector by the rows of a placed session: the median
+    of its point in these. Reflectors that no chain of sessions joins to the first stay with it.
+
+    Args:
+        T: (n, 4, 4) poses of the tool [m]; position: (n, 3) measured [m]; reflectors, sessions: (n,) names.
+    """
+    names = list(dict.fromkeys(reflectors.tolist()))
+    points = {name: np.zeros(3) for name in names}
+    groups = Counter(zip(sessions.tolist(), reflectors.tolist(), strict=True)).most_common()
+    if len(names) < 2:
+        return points
+    known, frames, tool = {largest(reflectors)}, dict[str, Array](), None
+    for _ in groups:
+        # The largest group that places a session, then the largest that places a reflector.
+        placing = next((g for g in groups if g[0][0] not in frames and g[0][1] in known), None)
+        if placing is not None:
+            (session, name), _ = placing
+            rows = (sessions == session) & (reflectors == name)
+            shifted = T[rows].copy()
+            shifted[:, :3, 3] += shifted[:, :3, :3] @ (points[name] + (0.0 if tool is None else tool))
+            few, y = poses_among(T[rows, :3, 3]) < ENOUGH, position[rows]
+            found = _placed(shifted, y, few, None) if tool is None else _settled(shifted, y, False, near(y))
+            frames[session] = found.T_instrument_base
+            tool = found.tool if tool is None else tool
+        for (session, name), _ in groups:
+            if name not in known and session in frames:
+                rows, frame = (sessions == session) & (reflectors == name), frames[session]
+                seen = (position[rows] - frame[:3, 3]) @ frame[:3, :3] - T[rows, :3, 3]
+                assert tool is not None
+                points[name] = np.median(np.einsum("nji,nj->ni", T[rows, :3, :3], seen), axis=0) - tool
+                known.add(name)
+    return points
+
+
+def largest(names: NDArray[np.str_]) -> str:
+    """Return the name that stands most often among (n,) names, n > 0."""
+    return Counter(names.tolist()).most_common(1)[0][0]
 
 
 def _least(data: Measurements, rows: NDArray[np.int_]) -> Array:

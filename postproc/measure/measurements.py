@@ -37,6 +37,7 @@ class Measurements:
         counted: the channel `row` is the number of the row in its file, as the user says that rows stand in order.
         sides_from: what tells the order of rows from which sides of approach were derived; empty where they were not.
         accepted: codes of findings that the user accepts.
+        references: names of reflectors that stand beside the arm: no fit uses their rows.
         rounded: whether joint angles of few digits were rounded when they were written, and the arm stood beside them;
             None where a fit has to tell.
         wrong: file and row number of those that cannot have been measured as the table says: no fit uses them.
@@ -57,6 +58,7 @@ class Measurements:
     counted: bool = False
     sides_from: str = ""
     accepted: frozenset[str] = frozenset()
+    references: frozenset[str] = frozenset()
     rounded: bool | None = None
     wrong: frozenset[tuple[int, int]] = frozenset()
     whole: int = 0
@@ -100,7 +102,12 @@ class Measurements:
             measured |= np.isfinite(self.rotation).all(axis=(1, 2))
         if self.joint is not None:
             measured |= np.isfinite(self.joint).any(axis=1)
-        return np.asarray(measured & np.isfinite(self.state.q).all(axis=1))
+        return np.asarray(measured & np.isfinite(self.state.q).all(axis=1) & ~self.beside)
+
+    @property
+    def beside(self) -> NDArray[np.bool_]:
+        """(n,) bool: rows of reflectors that stand beside the arm."""
+        return np.isin(self.state.reflector_of_rows, list(self.references))
 
     @cached_property
     def observations(self) -> tuple[Observation, ...]:
@@ -196,13 +203,14 @@ class Measurements:
     def repeats(self) -> NDArray[np.int_]:
         """(n,) number of the group of repeats that each row belongs to.
 
-        Repeats have the same label, session, commanded joints and speeds, payload, stated side of approach and external
-        axes.
+        Repeats have the same label, session, reflector, commanded joints and speeds, payload, stated side of approach
+        and external axes.
         """
         stated = None if self.sides_from else self.state.approach
         keys: dict[tuple[object, ...], int] = {}
         parts = [np.round(self.state.q, 9)]
-        for channel in (stated, self.state.payload_mass, self.state.v, self.state.external_axes):
+        state = self.state
+        for channel in (stated, state.reflector, state.payload_mass, state.v, state.external_axes):
             if channel is not None:
                 parts.append(np.round(channel.reshape(len(self), -1 if len(self) else 1), 9))
         stacked = np.nan_to_num(np.hstack(parts), nan=-1e9)

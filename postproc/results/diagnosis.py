@@ -44,7 +44,7 @@ from postproc.results.fit import (
     undetermined_sentences,
 )
 from postproc.results.sentences import MOST_RIVALS_NAMED, doubts, headline, title
-from postproc.results.wording import ANY_FUNCTION, p_text, place
+from postproc.results.wording import ANY_FUNCTION, p_text, percent, place
 
 LEFT_OUT = "in parts of the joint space left out, searched anew"
 TELLING_CHANCE = 0.05
@@ -287,9 +287,7 @@ def suspect_table(suspects: Sequence[Any]) -> DataTable:
         suspects: values with ``where``, ``pattern``, ``share`` and ``channel``.
     """
     channels = grouped(((s.where, s.pattern, s.share), s.channel) for s in suspects)
-    rows = [
-        (where, joined(some), pattern, f"{100 * share:.0f} %") for (where, pattern, share), some in channels.items()
-    ]
+    rows = [(where, joined(some), pattern, percent(share)) for (where, pattern, share), some in channels.items()]
     return DataTable("suspects", ("where", "channel", "pattern", "explains"), rows)
 
 

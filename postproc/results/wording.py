@@ -129,6 +129,11 @@ def p_text(p: float) -> str:
     return f"{p:.2f}" if p > 0.005 else f"{p:.0e}" if p > 1e-300 else "< 1e-300"
 
 
+def percent(share: float) -> str:
+    """Return a share above 0 as text: ``37 %``, ``less than 1 %``."""
+    return f"{100 * share:.0f} %" if share >= 0.005 else "less than 1 %"
+
+
 def _entries(effect: Effect) -> Iterator[tuple[str, str]]:
     """Yield name and unit of every entry of an effect's vector, with the joint, body or session it belongs to."""
     chosen = {name: getattr(effect, name) for name in effect.structures()}

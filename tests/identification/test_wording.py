@@ -195,11 +195,12 @@ def test_what_a_name_could_as_well_be_is_told_from_what_it_hides(rivals, named, 
 
 
 def test_channels_that_show_the_same_pattern_stand_in_one_line():
-    told = [("q2", "joint 2", 0.6), ("load2", "joint 2", 0.5), ("load3", "joint 2", 0.6)]
+    told = [("q2", "joint 2", 0.6), ("load2", "joint 2", 0.5), ("load3", "joint 2", 0.6), ("q5", "tool", 0.004)]
     suspects = [SimpleNamespace(channel=c, where=w, pattern="step", share=s) for c, w, s in told]
     assert suspect_table(suspects).rows == [
         ("joint 2", "q2 and load3", "step", "60 %"),
         ("joint 2", "load2", "step", "50 %"),
+        ("tool", "q5", "step", "less than 1 %"),
     ]
 
 

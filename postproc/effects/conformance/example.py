@@ -60,6 +60,7 @@ def example_state(n: int = 240) -> State:
         external_axes=np.column_stack([rng.uniform([-1.5, -1.5], 1.5, (n, 2)), np.full((n, 4), np.nan)]),
         work=np.full(n, "table"),
         session=rng.integers(0, 3, n).astype(float),
+        reflector=np.tile([0.0, 1.0, 2.0], n)[:n],
         channels={"row": np.arange(n, dtype=float)},
         robot=robot,
         station=example_station(),

@@ -10,12 +10,15 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
+from postproc.effects.asking import displacement_of
 from postproc.effects.base import Effect
 from postproc.effects.registry import effect_in_role
 from postproc.effects.roles import Role
 from postproc.estimation.problem import Problem
 from postproc.measure.alignment import Alignment, align
 from postproc.measure.checks.readings import CLEARER, SUSPICIOUS_M, PlacedArm
+from postproc.measure.consensus import largest, reflector_points, sessions_of
+from postproc.model.arm import Model
 
 FEWEST_POSES_TO_PLACE = 4
 """Poses that place an instrument, and below which all rows of a pose count as one."""
@@ -25,8 +28,9 @@ def start_frames(problem: Problem) -> Problem:
     """Return the problem with null `instrument_frame` and `tool_frame` effects fitted to the nominal arm (closed form).
 
     Sessions in which the instrument stood elsewhere than in the first one get a frame of their own, in a `session`
-    effect.
+    effect. So do reflectors of which the model does not know where they are on the tool, in a `reflector` effect.
     """
+    problem = _with_reflectors(problem)
     data = problem.data
     rows = np.asarray(np.isfinite(data.position).all(axis=1))
     if data.state.session is None or problem.model.in_role(Role.INSTRUMENT_FRAME) is None:
@@ -51,6 +55,46 @@ def start_frames(problem: Problem) -> Problem:
     others = [e for e in begun.model.effects if e.role not in (Role.INSTRUMENT_FRAME, Role.SESSION_FRAMES)]
     # Frames come first: what does the same as they (joint 1) is not fitted.
     return begun.at([frame, frames, *others])
+
+
+def reflectors_known(model: Model) -> tuple[str, ...]:
+    """Return the names of the reflectors whose points on the tool a model has, first that of the tool frame."""
+    points = model.in_role(Role.REFLECTOR_POINTS)
+    return () if points is None or points.is_null else (*vars(points)["first"], *vars(points)["reflector"])
+
+
+def _with_reflectors(problem: Problem) -> Problem:
+    """Return the problem with a point on the tool for each of several reflectors (closed form, nominal arm)."""
+    model, data = problem.model, problem.data
+    names, known = data.state.reflector_of_rows, reflectors_known(model)
+    rows = np.asarray(np.isfinite(data.position).all(axis=1))
+    unknown = set(names[rows].tolist()) - set(known)
+    if data.state.reflector is None or len(unknown) < (1 if known else 2):
+        return problem
+    found = reflector_points(_nominal_tool(problem)[rows], data.position[rows], names[rows], sessions_of(data)[rows])
+    places = {}
+    if known:
+        points = model.in_role(Role.REFLECTOR_POINTS)
+        assert points is not None
+        places = dict(zip(known, [np.zeros(3), *points.vector().reshape(-1, 3)], strict=True))
+    beside = next((name for name in known if name in found), largest(names[rows]))
+    shift = places.get(beside, np.zeros(3)) - found[beside]
+    places = {name: point + shift for name, point in found.items()} | places
+    first = known[0] if known else beside
+    others = [name for name in places if name != first]
+    new = effect_in_role(Role.REFLECTOR_POINTS).null(first=(first,), reflector=tuple(others))
+    new = new.with_vector(np.concatenate([places[name] for name in others]))
+    effects = [e for e in model.effects if e.role is not Role.REFLECTOR_POINTS]
+    # Behind the frames: what does the same as they (joint 6) is not fitted.
+    at = max((k + 1 for k, e in enumerate(effects) if e.is_frame), default=0)
+    return problem.at([*effects[:at], new, *effects[at:]])
+
+
+def _nominal_tool(problem: Problem) -> Array:
+    """Return (n, 4, 4) nominal poses of the tool [m] in the frame of the points."""
+    data = problem.data
+    T = PlacedArm(problem.model.robot, data.state.T_reference_base).flange(data.state.q)
+    return np.asarray(T @ (data.state.T_flange_tcp if data.tool_known else problem.model.T_flange_tcp))
 
 
 def _moved_sessions(begun: Problem, session: NDArray[np.str_], rows: NDArray[np.bool_]) -> dict[str, Alignment]:
@@ -98,16 +142,20 @@ def _placed(problem: Problem, rows: NDArray[np.bool_]) -> Problem:
     fresh = [e for e in (frame, tool) if e is not None and e.is_null]
     if not fresh or rows.sum() < FEWEST_POSES_TO_PLACE or frame is None or not frame.is_null:
         return problem
-    T = PlacedArm(model.robot, data.state.T_reference_base).flange(data.state.q)
-    nominal = data.state.T_flange_tcp if data.tool_known else model.T_flange_tcp
+    T = _nominal_tool(problem)
+    points = model.in_role(Role.REFLECTOR_POINTS)
+    shift = None if points is None else displacement_of(points, data.state).tool
+    measured = T.copy()
+    if shift is not None:
+        measured[:, :3, 3] += (T[:, :3, :3] @ shift[:, :3, None])[:, :, 0]
     free_tool = tool is not None and tool.is_null
-    aligned = align((T @ nominal)[rows], data.position[rows], tool=free_tool)
+    aligned = align(measured[rows], data.position[rows], tool=free_tool)
     new: dict[str, Effect] = {"instrument_frame": frame.with_vector(_vector(aligned))}
     if free_tool and tool is not None:
         turn = np.zeros(3)
         if data.rotation is not None:
             R = aligned.T_instrument_base[:3, :3]
-            seen = (np.swapaxes((T @ nominal)[:, :3, :3], 1, 2) @ R.T @ data.rotation)[rows]
+            seen = (np.swapaxes(T[:, :3, :3], 1, 2) @ R.T @ data.rotation)[rows]
             good = np.isfinite(seen).all(axis=(1, 2))
             if good.any():
                 turn = Rotation.from_matrix(seen[good]).mean().as_rotvec()

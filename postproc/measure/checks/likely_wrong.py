@@ -25,7 +25,7 @@ from postproc.measure.checks.readings import (
     slipped,
     zero_errors,
 )
-from postproc.measure.consensus import FEWEST_PLACED, LEAST_M, TIMES, Agreement, poses_among, sessions_of
+from postproc.measure.consensus import FEWEST_PLACED, LEAST_M, TIMES, Agreement, largest, poses_among, sessions_of
 from postproc.measure.measurements import FEWEST_ROWS_JUDGED, Measurements
 from postproc.measure.read.cells import Cells
 from postproc.measure.read.turns import LARGEST_FLANGE_TURN_RAD, Turns
@@ -58,13 +58,17 @@ def check_measurements(
         message = "no row can be used: none has commanded joint angles" + (" and a measured pose" if measured else "")
         return [cells.finding("DAT001", "error", message, "fill in the empty columns")]
     findings = check_plausible(data, robot, cells, measured)
-    rows = agreed.rows
+    # The reflector of most rows: one point of the tool.
+    names = data.state.reflector_of_rows[agreed.rows]
+    rows = agreed.rows[names == largest(names)] if len(names) else agreed.rows
     single = check_limits(data, robot, cells)
     if data.tool_known or poses_among(data.state.q[rows]) < FEWEST_ROWS_JUDGED:
         small = len(data) >= FEWEST_ROWS_JUDGED and np.nanmax(np.abs(data.state.q), initial=0) < RADIANS_BELOW
         readings = [cells.finding("DAT009", "warning", *RADIANS)] if small else []
     else:
-        readings = _check_readings(data, PlacedArm(robot, data.state.T_reference_base), agreed, cells, unit, turns)
+        readings = _check_readings(
+            data, PlacedArm(robot, data.state.T_reference_base), replace(agreed, rows=rows), cells, unit, turns
+        )
         if has_errors(readings):
             return findings + readings
         single = [] if readings else single

@@ -111,6 +111,7 @@ class ColumnMap(FileTable):
         decimal: ``.`` or ``,``; None to find it out.
         comment: lines that begin so are skipped.
         header: False where the first row already holds numbers.
+        references: names of reflectors that stand beside the arm, where their rows do not show it.
         orientation, cmd_orientation: measured and commanded orientations that are no ``qw`` .. ``qz``.
     """
 
@@ -119,6 +120,7 @@ class ColumnMap(FileTable):
     decimal: Literal[".", ","] | None = None
     comment: str = "#"
     header: bool = True
+    references: tuple[str, ...] = ()
     orientation: MappedRotation | None = None
     cmd_orientation: MappedRotation | None = None
 

@@ -11,6 +11,7 @@ from postproc.arrays import Array
 from postproc.channels.state import State
 from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.measure.checks.likely_wrong import check_measurements
+from postproc.measure.checks.references import with_references
 from postproc.measure.consensus import LEAST_M, TIMES, Agreement, agreement
 from postproc.measure.measurements import Measurements
 from postproc.measure.read import columns as names
@@ -86,6 +87,9 @@ def read_measurements(
         accepted=terms.accept,
         sources=(source,),
     )
+    if measured:
+        data, still = with_references(data, robot, layout.references)
+        diagnostics += still
     unit = table.place["x_mm"].unit if "x_mm" in table.place else "mm"
     data, agreed = _without_lost(data, agreement(data, robot), table, robot)
     check_work(data.state, table, robot, data.position)
@@ -148,6 +152,8 @@ def _state(table: Table, commanded: Commanded) -> State:
     """Return the commanded state with the channels of the table; DAT015 where payload mass or centre is missing."""
     sessions = table.text("session")
     session_names = tuple(dict.fromkeys(sessions)) if sessions else ()
+    reflectors = table.text("reflector")
+    reflector_names = tuple(dict.fromkeys(reflectors))
     state = State(
         q=commanded.q,
         v=table.vector(names.SPEED_COLUMNS, fill=0.0),
@@ -160,6 +166,8 @@ def _state(table: Table, commanded: Commanded) -> State:
         time=table.column("time_s", fill="between"),
         session=np.array([session_names.index(s) for s in sessions]) if sessions else None,
         session_names=session_names,
+        reflector=np.array([reflector_names.index(r) for r in reflectors]) if reflectors else None,
+        reflector_names=reflector_names,
         channels=channels_of(table),
     )
     if state.payload_mass is not None and state.payload_center is None and state.payload_mass.any():

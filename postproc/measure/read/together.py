@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations
@@ -96,6 +97,7 @@ def together(tables: Sequence[Measurements], robot: Robot) -> Measurements:
         row=tuple(row for table in tables for row in table.row),
         line=tuple(line for table in tables for line in table.line),
         tool_known=tables[0].tool_known,
+        references=frozenset().union(*(table.references for table in tables)),
         sides_from=next(filter(None, (table.sides_from for table in tables)), ""),
         counted=all(table.counted for table in tables),
         accepted=tables[0].accepted,
@@ -146,6 +148,7 @@ def _state(tables: Sequence[Measurements], names: Sequence[tuple[str, ...]], fin
         else np.array([every.index(some[int(i)]) for i in s.session])
         for s, some in zip(states, names, strict=True)
     ]
+    points = tuple(dict.fromkeys(name for s in states for name in s.reflector_of_rows.tolist()))
     channels: dict[str, Array] = {}
     for name in dict.fromkeys(name for s in states for name in s.channels):
         parts = [s.channels.get(name) for s in states]
@@ -156,6 +159,8 @@ def _state(tables: Sequence[Measurements], names: Sequence[tuple[str, ...]], fin
         q=np.vstack([s.q for s in states]),
         session=np.concatenate(session).astype(int),
         session_names=every,
+        reflector=None if points == ("",) else np.array([points.index(r) for s in states for r in s.reflector_of_rows]),
+        reflector_names=() if points == ("",) else points,
         temperature=_shared("temperature_C", [s.temperature for s in states], tables, findings),
         time=_shared("time_s", going_on([s.time for s in states]), tables, findings),
         channels=channels,
@@ -196,6 +201,7 @@ def _check_setup(one: Measurements, other: Measurements, robot: Robot, shared: S
     Args:
         shared: names of sessions in both.
     """
+    one, other = (table.rows(table.state.reflector_of_rows == _shared_reflector(one, other)) for table in (one, other))
     if one.tool_known or min(_located(one).sum(), _located(other).sum()) < FEWEST_ROWS_JUDGED:
         return None
     (q, y), (q_other, y_other) = ((t.state.q[_located(t)], t.position[_located(t)]) for t in (one, other))
@@ -216,6 +222,13 @@ def _check_setup(one: Measurements, other: Measurements, robot: Robot, shared: S
         )
         return _finding("error", message, "give them different names in column `session`")
     return None
+
+
+def _shared_reflector(one: Measurements, other: Measurements) -> str | None:
+    """Return the name of the reflector of most rows of one table among those that both have; None for none."""
+    theirs = set(other.state.reflector_of_rows.tolist())
+    names = Counter(name for name in one.state.reflector_of_rows.tolist() if name in theirs)
+    return names.most_common(1)[0][0] if names else None
 
 
 def _located(table: Measurements) -> Array:
