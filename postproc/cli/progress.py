@@ -28,8 +28,8 @@ class _Work:
         self.step, self.share = "", 0.0
 
     def watch(self, step: str, share: float) -> None:
-        """Note the present step and the share of the work that is done."""
-        self.step, self.share, self.reported = step, max(self.share, min(share, 1.0)), time.monotonic()
+        """Note the present step and the share that is done, which falls where there is more to do than was known."""
+        self.step, self.share, self.reported = step, min(share, 1.0), time.monotonic()
 
     def line(self, now: float) -> str:
         """Return a line on step, share, time, rate and remaining time, as far as the share tells them.

@@ -146,7 +146,9 @@ def _added(
     came = settled(base)
     steps, bound = [Step("base", FitFigures.of(came), came.model)], base.smooth_bound
     every = list(dict.fromkeys([*(cls.key for cls in classes), *(e.key for e in model.effects)]))
-    total = len(classes) + len(every) + 2
+    # In units of the first fit, as a UR5 with an error map takes them.
+    fitted, without_one = 1 + 2 * len(classes), 0.25
+    total = fitted + 3 + without_one * len(every)
 
     def on_all_rows(current: Fit, keys: Sequence[str]) -> Fit:
         """Return what was found on some rows fitted to all of them."""
@@ -154,14 +156,14 @@ def _added(
         return current if start is base else refit_all(base, current, keys, closely=0.1 / len(base.problem.residual))
 
     for k, cls in enumerate(classes):
-        watch(f"`{cls.key}`", (k + 1) / total)
+        watch(f"`{cls.key}`", (1 + 2 * k) / total)
         current = grown(current, cls)
         if cls is not classes[-1]:
             rung = settled(on_all_rows(current, [c.key for c in classes[: k + 1]]))
             steps.append(Step(f"+ {cls.key}", FitFigures.of(rung), rung.model))
     added = [cls for cls in classes if model.effect(cls.key) is None and cls.role is not Role.CURVE]
     current = _formed_together(current, added if len(classes) > 1 else [])
-    watch("all of it", (len(classes) + 1) / total)
+    watch("all of it", fitted / total)
     final = on_all_rows(current, [cls.key for cls in classes])
     no_farther_than_nominal(final)
     watch("regions left out", (len(classes) + 1.5) / total)
@@ -179,7 +181,7 @@ def _added(
     # Frames of sessions, and points of reflectors, that nobody asked for say where things stood.
     placed = {Role.SESSION_FRAMES, Role.REFLECTOR_POINTS} - {cls.role for cls in classes}
     for k, effect in enumerate(e for e in final.model.effects if not e.is_frame and e.role not in placed):
-        watch(f"without `{effect.key}`", (len(classes) + 2 + k) / total)
+        watch(f"without `{effect.key}`", (fitted + 3 + without_one * k) / total)
         fit = without_effects(final, [effect.key])
         without[effect.key] = FitFigures.of(settled(fit) if start is base else fit)
     return Addition(tuple(steps), without, floor)

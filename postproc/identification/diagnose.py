@@ -15,6 +15,7 @@ from postproc.estimation.least_squares import fit_model
 from postproc.estimation.solving.rounding import with_judged_rounding
 from postproc.identification.curves.families import curve_forms
 from postproc.identification.diagnosis import Diagnosis, Verdict, lacks_fit, too_few
+from postproc.identification.forecast import Forecast
 from postproc.identification.refits import refit_all, thinned, with_channels_of, without
 from postproc.identification.regions import with_regions
 from postproc.identification.screen.candidate import Candidate
@@ -49,20 +50,21 @@ def diagnose(
     library = effect_library()
     library.update({cls.key: cls for cls in extra_effects})
     data = with_channels_of(library.values(), model, data.in_order)
+    watch("the model as it came", 0.0)
+    forecast = Forecast(watch)
     return with_judged_rounding(
-        lambda rows: _diagnosed(model, rows, library, noise, watch), data, lambda diagnosis: diagnosis.final
+        lambda rows: _diagnosed(model, rows, library, noise, forecast), data, lambda diagnosis: diagnosis.final
     )
 
 
 def _diagnosed(
-    model: Model, data: Measurements, library: Mapping[str, type[Effect]], noise: float | None, watch: Watch
+    model: Model, data: Measurements, library: Mapping[str, type[Effect]], noise: float | None, forecast: Forecast
 ) -> Diagnosis:
     """Return the diagnosis with joint angles taken as rounded or not as ``data.rounded`` says.
 
     Args:
-        library: classes of all effects by key; noise, watch: as in `diagnose`.
+        library: classes of all effects by key; noise: as in `diagnose`; forecast: is told how far the work is.
     """
-    watch("the model as it came", 0.0)
     base = fit_model(model, data, noise=noise)
     measured = base.problem.sensitivity.state
     carried = model.station is not None and bool(model.station.joints)
@@ -71,14 +73,12 @@ def _diagnosed(
     classes = {k: c for k, c in library.items() if k not in untestable}
     start = thinned(base)
     forms = curve_forms(start.problem.sensitivity.state, start.problem.site)
-    watch("every effect alone", 0.1)
-    begin = SearchState(start, start, classes, forms)
+    forecast.first("every effect alone", len(base.problem.residual) / len(start.problem.residual))
+    begin = SearchState(start, start, classes, forms, forecast=forecast)
     first = begin.ranked
-    watch("effects and curves one after another", 0.3)
     searched = with_curves_anew(search(begin)).without_forms()
     del begin
-    watch("all of it on all rows", 0.8)
-    watch("parts of the joint space left out", 0.7)
+    forecast.last("all of it on all rows")
     named = searched.with_curves(())
     final = named.fit if start is base else refit_all(base, named.fit, named.keys)
     missing = _validated(named.missing, final)

@@ -19,6 +19,7 @@ from postproc.estimation.solving.solve import ROUGHLY, Terms
 from postproc.identification.acceptance import convincing, ranking
 from postproc.identification.curves.families import CurveForms
 from postproc.identification.curves.prior import UNNAMED_LOG_PRIOR
+from postproc.identification.forecast import Forecast
 from postproc.identification.refits import refit_all
 from postproc.identification.screen.candidate import Candidate, FormCache, Screen
 from postproc.identification.screen.curves import CurveScreen
@@ -40,6 +41,7 @@ class SearchState:
         missing: the effects of the library that were added; curves: the curves that were added.
         stock: forms by the numbers in use, which all states of a search share.
         bare: the state before any curve was added; None where it is not known.
+        forecast: is told each state that was examined.
     """
 
     base: Fit
@@ -50,6 +52,7 @@ class SearchState:
     curves: tuple[Candidate, ...] = ()
     stock: dict[bytes, FormCache] = field(default_factory=dict, repr=False)
     bare: SearchState | None = field(default=None, repr=False)
+    forecast: Forecast = field(default_factory=Forecast, repr=False)
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -84,12 +87,17 @@ class SearchState:
     @cached_property
     def ranked(self) -> list[Candidate]:
         """Every testable effect of the library in its best form on the residual, the best by log evidence first."""
-        return ranking(self.fit, self.screen)
+        found = ranking(self.fit, self.screen)
+        self.forecast.examined(len(self.missing) + len(self.curves), any(map(convincing, found)))
+        return found
 
     @cached_property
     def curve_screen(self) -> CurveScreen:
         """All curves, tried on the residual of the fit."""
-        return CurveScreen(self.fit.problem, self.fit.linear, self.forms)
+        screen = CurveScreen(self.fit.problem, self.fit.linear, self.forms)
+        further = any(s.evidence > 0 for s in screen.tried) or any(map(convincing, self.__dict__.get("ranked", ())))
+        self.forecast.examined(len(self.missing) + len(self.curves), further, curves=True)
+        return screen
 
     def candidates(self, refused: Collection[str], named: bool, curves: bool) -> Iterator[Candidate]:
         """Yield what may be missing and convinces, effects of the library and curves, the best by log evidence first.

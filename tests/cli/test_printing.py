@@ -164,7 +164,7 @@ def test_the_line_of_a_long_work_tells_rate_and_remaining_time(
         for late in (17.0, 30.0):  # the step takes longer than its share foretold
             assert line(late) == f"{shared}{late:.0f} s, 1,250 lines/s"
         watch("going back", 0.2)  # a search may find that it has more to do than it said
-        assert "going back, 25 %," in line(31.0)
+        assert "going back, 20 %," in line(31.0)
 
 
 def test_a_conversion_tells_how_far_it_is(samples: Path) -> None:
