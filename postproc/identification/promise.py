@@ -28,6 +28,7 @@ from postproc.identification.search import backward, forward
 from postproc.identification.state import SearchState
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
+from postproc.model.ordered import with_ordered_channels
 from postproc.watch import Watch, unwatched
 
 TABLES, FEWER, MANY_ROWS = 20, 10, 250
@@ -37,17 +38,9 @@ ENOUGH = 0.9
 SEED = 21
 BETWEEN_ROWS = 60.0
 """Seconds from one planned pose to the next, the first after the last measured row."""
-PLANNED = (
-    "q",
-    "approach",
-    "payload_mass",
-    "payload_center",
-    "wrench",
-    "external_axes",
-    "T_reference_base",
-    "temperature",
-)
-"""Channels that a plan states of its poses; in others they are as the last measured row."""
+PLANNED = ("q", "approach", "payload_mass", "payload_center", "external_axes", "T_reference_base", "temperature")
+STILL = ("v", "a", "wrench")
+"""Channels that a plan states of its poses, and those that are zero unless it does; others are as in the last row."""
 
 
 @dataclass(frozen=True)
@@ -155,29 +148,25 @@ def simulated(truth: Fit, planned: State, g: np.random.Generator) -> Measurement
     """Return the rows of a fit and planned poses, these measured on an arm drawn from the posterior of the fit.
 
     Args:
-        planned: the poses; other channels are those of the last measured row.
+        truth: its rows are in order. planned: the poses, which follow these rows.
     """
     kept = truth.data.rows(np.setdiff1d(np.arange(len(truth.data)), truth.excluded))
     n, m = len(kept), len(planned)
-    rows = kept.rows(np.concatenate([np.arange(n), np.full(m, kept.order[-1])]))
+    rows = kept.rows(np.concatenate([np.arange(n), np.full(m, n - 1)]))
     derived = {c.name for e in truth.model.effects for c in e.ordered_channels}
     changes: dict[str, object] = {"channels": {k: v for k, v in rows.state.channels.items() if k not in derived}}
     if rows.state.time is not None:
         changes["time"] = rows.state.time + BETWEEN_ROWS * np.maximum(np.arange(n + m) - n + 1, 0)
-    for name in PLANNED:
+    for name in (*PLANNED, *STILL, *(["gravity"] if planned.gravity.ndim == 2 else [])):
         value, before = getattr(planned, name), getattr(rows.state, name)
+        if value is None and before is not None and name in STILL:
+            value = np.zeros_like(before[n:])
         if value is not None:
             before = np.zeros((n, *value.shape[1:])) if before is None else before[:n]
             changes[name] = np.concatenate([before, value])
-    ids = kept.pose_id or tuple(map(str, range(n)))
-    rows = replace(
-        rows,
-        state=rows.state.with_(**changes),
-        pose_id=(*ids, *(f"planned {k}" for k in range(m))),
-        row=(),
-        line=(),
-        file=(),
-    )
+    ids = (*(kept.pose_id or map(str, range(n))), *(f"planned {k}" for k in range(m)))
+    state = with_ordered_channels(truth.model, rows.state.with_(**changes))
+    rows = replace(rows, state=state, pose_id=ids, row=(), line=(), wrong=frozenset(), sources=(), file=())
     new = rows.rows(np.arange(n, n + m))
     level, turn = truth.parts.level, truth.noise.rotation
     deviation = float(np.sqrt(truth.parts.square) if level is None else np.hypot(level, truth.unexplained))
