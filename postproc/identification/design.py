@@ -31,6 +31,8 @@ class Room:
         sight: half the opening angle [rad] of the reflector on the tool, whose axis is +z of the tool: the instrument
             must stand inside that cone.
         measured_range: joints stay inside the range of the data so far.
+        payloads: that poses may have [kg], none for those of the data so far; force: that pulls at the TCP [N], in a
+            direction of its own at each pose.
     """
 
     region: Array | None = None
@@ -38,6 +40,8 @@ class Room:
     sight: float | None = None
     measured_range: bool = False
     axes: Array | None = None
+    payloads: tuple[float, ...] = ()
+    force: float = 0.0
 
     def holds(self, problem: Problem) -> NDArray[np.bool_]:
         """Return (n,) mask of the poses of a problem that are inside the region and in sight of the instrument."""
@@ -60,19 +64,17 @@ PRIOR = 1 / (10 * WIDE) ** 2
 """Precision of a parameter before anything is measured, in ordinary sizes: that of the weak pull in a fit."""
 
 
-def _columns(fit: Fit, pool: Problem, without: tuple[str, ...] = ()) -> tuple[Array, Array, Array]:
+def _columns(fit: Fit, pool: Problem) -> tuple[Array, Array, Array]:
     """Return whitened columns of all free parameters for their ordinary sizes, and the parameters' prior precision.
 
     Args:
-        pool: c poses that may be measured; without: keys of effects that are left out.
+        pool: c poses that may be measured.
 
     Returns:
         (N, p) on the data of the fit, (c, 3, p) on the pool, (p,) precision.
     """
     old, new, tied = [], [], []
     for effect in fit.model.effects:
-        if effect.key in without:
-            continue
         on_data, on_pool = _of_effect(fit, pool, effect, np.asarray(fit.free[effect.key], dtype=bool))
         old.append(on_data)
         new.append(on_pool)
@@ -143,7 +145,7 @@ def separate(fit: Fit, pool: Problem, pair: list[type[Effect]], n: int) -> tuple
     Each effect has the size that the data suggests, an ordinary one at least.
 
     Args:
-        fit: of the data so far; pool: poses that may be measured; pair: classes of the two effects.
+        fit: of the data so far, without both effects; pool: poses that may be measured; pair: their classes.
 
     Returns:
         The indices of the poses; by how many standard deviations the effects differ, before and after.
@@ -151,7 +153,7 @@ def separate(fit: Fit, pool: Problem, pair: list[type[Effect]], n: int) -> tuple
     Raises:
         PostprocError: DAT024 where one of them moves nothing on these poses.
     """
-    A, Z, tied = _columns(fit, pool, tuple(cls.key for cls in pair))
+    A, Z, tied = _columns(fit, pool)
     screen = Screen(fit.problem, {cls.key: cls for cls in pair})
     sides: list[_Side] = []
     forms = []
@@ -231,22 +233,18 @@ def _updated(P: Array, z: Array) -> Array:
 def _form(fit: Fit, pool: Problem, screen: Screen, cls: type[Effect]) -> tuple[Effect, NDArray[np.bool_]]:
     """Return an effect in the form to plan for, and (q,) mask of its amplitudes.
 
-    The form is the model's own, else the best one on the data, else the first variant on the pool.
+    The form is the best one on the data, else the first variant on the pool.
 
     Args:
         pool: poses that may be measured; screen: the forms of the effect on the data; cls: class of the effect.
     """
-    fitted = fit.model.effect(cls.key)
-    if fitted is not None:
-        return fitted, np.asarray(fit.free[cls.key]) & fitted.amplitudes()
     candidate = compose(screen, fit.linear, cls.key)
     if candidate is not None:
         candidate = refit_form(screen, fit.linear, candidate)
         return candidate.effect, candidate.free & candidate.effect.amplitudes()
-    effect = fit.model.effect(cls.key) or cls.null()
     for form in cls.variants(pool.sensitivity.state, None):
         return form.effect, np.asarray(form.free)
-    return effect, effect.amplitudes()
+    return cls.null(), cls.null().amplitudes()
 
 
 def _size(fit: Fit, columns: Array) -> Array:

@@ -71,9 +71,9 @@ class Forecast:
             screens -= curves
         self._tell("effects and curves one after another", states, screens)
 
-    def last(self, step: str) -> None:
-        """Tell the step after the search: the fit on all rows."""
-        self._tell(step, 0.0, 0.0)
+    def last(self, step: str, searches: int) -> None:
+        """Tell the step after the search: the fit on all rows, and searches for curves without some of them."""
+        self._tell(step, float(searches), 2.0 * searches)
 
     def _tell(self, step: str, states: float, screens: float) -> None:
         """Tell a step, when so many states and screenings of curves are expected to come before the fit on all rows."""

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from postproc.arrays import Array
+from postproc.arrays import GRAVITY, Array
 from postproc.channels.state import AXES, State
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
@@ -20,15 +20,36 @@ from postproc.estimation.solving.step import Name
 from postproc.identification.design import FULL_RANGE, Room, separate, sharpen
 from postproc.identification.diagnose import diagnose
 from postproc.identification.diagnosis import Diagnosis
-from postproc.identification.refits import refit_all
+from postproc.identification.promise import Contest, Promise
+from postproc.identification.refits import refit_all, without
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model, as_written, with_axes
 from postproc.model.equilibrium import predict
+from postproc.watch import Watch, unwatched
 
 CANDIDATES = 3000
-TELLING_SIGMAS = 5.0
-"""Standard deviations by which a difference must stand out before it tells two effects apart."""
 SEED = 20
+MORE = 4
+"""Times as many poses that are simulated where those asked for do not tell two effects apart."""
+NEARLY_RATED = 0.8
+"""Share of the rated payload from which heavier ones are no other loads."""
+PULL = 0.5
+"""Share of the weight of the rated payload that pulls at the TCP where a force is simulated."""
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """Other poses or loads that were simulated, where the planned poses do not tell two effects apart.
+
+    Args:
+        poses: their number; payloads: that they have [kg], none for those of the plan; force: that pulls [N].
+        promise: how many of the simulated tables tell the effects apart.
+    """
+
+    poses: int
+    payloads: tuple[float, ...]
+    force: float
+    promise: Promise
 
 
 @dataclass(frozen=True)
@@ -43,7 +64,10 @@ class MeasuringPlan:
         before, after: by how many standard deviations the two effects differ without and with these poses; without a
             pair, the largest standard deviation, in ordinary sizes, of the parameters that poses can determine.
         worst: the parameters of the fit that are determined worst; never: those that no pose determines.
-        resolved: whether the data so far tells the two effects apart, as `diagnose` says.
+        resolved: whether the data so far tells the two effects apart: `diagnose` names one of them, and the other is
+            none that this data does not tell from it.
+        promise: how many simulated tables with these poses tell the two effects apart; None without a pair.
+        alternatives: what else was simulated, where these are too few; the last one is the first that is enough.
     """
 
     fit: Fit
@@ -55,6 +79,8 @@ class MeasuringPlan:
     worst: tuple[Name, ...] = ()
     never: tuple[Name, ...] = ()
     resolved: bool = True
+    promise: Promise | None = None
+    alternatives: tuple[Alternative, ...] = ()
 
     @property
     def extax(self) -> Array | None:
@@ -68,7 +94,7 @@ class MeasuringPlan:
     def as_csv(self) -> str:
         """Return the poses as a measurement table without measured columns.
 
-        Its columns are ``pose_id``, joints, approach sides, payload and external axes.
+        Its columns are ``pose_id``, joints, approach sides, payload, force and external axes.
         """
         s = self.state
         names = ["pose_id", *(f"q{j}_deg" for j in range(1, 7)), *(f"dir{j}" for j in range(1, 7))]
@@ -79,6 +105,9 @@ class MeasuringPlan:
             if s.payload_center is not None:
                 names += [f"payload_{a}_mm" for a in "xyz"]
                 columns.append(s.payload_center * 1e3)
+        if s.wrench is not None:
+            names += [f"f{a}_N" for a in "xyz"]
+            columns.append(s.wrench[:, :3])
         if self.extax is not None:
             present = np.flatnonzero(np.isfinite(self.extax).all(axis=0))
             names += [f"eax_{AXES[k]}" for k in present.tolist()]
@@ -99,56 +128,98 @@ def plan_poses(
     *,
     noise: float | None = None,
     room: Room = FULL_RANGE,
+    watch: Watch = unwatched,
 ) -> MeasuringPlan:
     """Choose n poses one after another from random reachable ones.
 
     Between two effects: the pose that adds most to what is left of one effect after projecting out the other and all
-    fitted parameters, both ways (T-optimal, Atkinson and Fedorov 1975). Else: the pose that shrinks the volume of the
-    parameters' covariance most (D-optimal), counted in ordinary sizes.
+    fitted parameters, both ways (T-optimal, Atkinson and Fedorov 1975). What the poses are worth is simulated: tables
+    with one of the effects, and a search on each (`Contest.promise`). Where too few tell them apart, other poses and
+    loads are simulated, too. Else: the pose that shrinks the volume of the parameters' covariance most (D-optimal),
+    counted in ordinary sizes.
 
     Args:
         between: keys of the two effects; extra_effects: classes beside the library's.
         noise: standard deviation per axis [m] stated by the user; room: where poses may be.
+        watch: is called with what is being done and the share of the work that is done.
 
     Raises:
-        PostprocError: EFF020 for an unknown effect, DAT024 where an effect moves nothing on such poses, or where fewer
-            of them are inside the room than are asked for.
+        PostprocError: EFF020 for an unknown effect, DAT021 for one whose channel is not in the data, DAT024 where an
+            effect moves nothing on such poses, or where fewer of them are inside the room than are asked for.
     """
     library = effect_library() | {cls.key: cls for cls in extra_effects}
     pair = [find_effect(key, library) for key in between or ()]
-    fit, apart = fit_model(model, data, noise=noise), True
-    if between is not None:
-        fit, apart = _fit_without_pair(diagnose(model, data, extra_effects, noise=noise), between)
-    pool = _pool(fit, _candidates(fit, room), room)
-    if len(pool.data) < n:
-        message = f"{len(pool.data)} poses are where they may be, and {n} are asked for"
-        raise PostprocError.of("DAT024", message, help="widen the region, or ask for fewer with `-n`")
     if between is None:
+        fit = fit_model(model, data, noise=noise)
+        pool = _pool(fit, room, n)
         chosen, before, after, worst, never = sharpen(fit, pool, n)
-    else:
-        chosen, before, after = separate(fit, pool, pair, n)
-        worst, never = [], []
-    picked = pool.data.rows(np.array(chosen)).state
-    T = predict(fit.model.with_effects(*(e for e in fit.model.effects if e.role is not Role.INSTRUMENT_FRAME)), picked)
-    return MeasuringPlan(fit, picked, T, between, before, after, tuple(worst), tuple(never), apart)
+        return MeasuringPlan(fit, *_picked(fit, pool, chosen), None, before, after, tuple(worst), tuple(never))
+    diagnosis = diagnose(model, data, extra_effects, noise=noise, watch=lambda what, share: watch(what, 0.3 * share))
+    fit = _fit_without_pair(diagnosis, between)
+    contest = Contest.of(fit, pair)
+    pool = _pool(fit, room, n)
+    chosen, before, after = separate(fit, pool, pair, n)
+    state, T = _picked(fit, pool, chosen)
+    promise = contest.promise(state, watch=lambda what, share: watch(what, 0.3 + 0.4 * share))
+    named = {m.key: m.not_separable for m in diagnosis.missing if m.key in between}
+    resolved = bool(named) and not any(other in between for some in named.values() for other in some)
+    others = list(_alternatives(contest, pair, n, room)) if not (promise.enough or resolved) else []
+    return MeasuringPlan(fit, state, T, between, before, after, (), (), resolved, promise, tuple(others))
 
 
-def _fit_without_pair(diagnosis: Diagnosis, pair: tuple[str, str]) -> tuple[Fit, bool]:
-    """Return the fit with all missing effects but a pair, and whether the diagnosis tells these two apart.
+def _fit_without_pair(diagnosis: Diagnosis, pair: tuple[str, str]) -> Fit:
+    """Return the fit of a diagnosis with all missing effects, but without a pair, even where the model has it.
 
     Args:
         pair: keys of the two effects.
     """
     others = [m.key for m in diagnosis.missing if m.key not in pair]
-    unsure = any({m.key, other} == set(pair) for m in diagnosis.missing for other in m.not_separable)
-    return refit_all(diagnosis.base, diagnosis.final, others), not unsure
+    fit = refit_all(diagnosis.base, diagnosis.final, others)
+    there = [e.key for e in fit.model.effects if e.key in pair]
+    return without(fit, there) if there else fit
+
+
+def _alternatives(contest: Contest, pair: list[type[Effect]], n: int, room: Room) -> Iterator[Alternative]:
+    """Yield what else may tell two effects apart, simulated one after another until one is enough.
+
+    These are more poses; payloads up to the rated one where the data has none that is nearly as heavy; a force; and all
+    of it.
+
+    Args:
+        pair: classes of the two effects; n: number of the planned poses; room: where these may be.
+    """
+    fit = contest.fit
+    rated = fit.model.robot.payload
+    others = [(MORE * n, room)]
+    if rated is not None:
+        seen = fit.data.state.payload_mass
+        light = bool(not room.payloads and (seen is None or (np.ptp(seen) > 0 and seen.max() < NEARLY_RATED * rated)))
+        loaded = replace(room, payloads=(0.0, 0.5 * rated, rated)) if light else room
+        pulled = PULL * rated * GRAVITY
+        others += [(n, loaded)] * light + [(n, replace(room, force=pulled)), (MORE * n, replace(loaded, force=pulled))]
+    for count, where in others:
+        pool = _pool(fit, where, n)
+        count = min(count, len(pool.data))
+        state, _ = _picked(fit, pool, separate(fit, pool, pair, count)[0])
+        found = Alternative(count, where.payloads, where.force, contest.promise(state, hopeful=True))
+        yield found
+        if found.promise.enough:
+            return
+
+
+def _picked(fit: Fit, pool: Problem, chosen: Sequence[int]) -> tuple[State, Array]:
+    """Return the states of some poses of a pool by their indices, and T_base_tcp (n, 4, 4) there."""
+    state = pool.data.rows(np.array(chosen)).state
+    arm = fit.model.with_effects(*(e for e in fit.model.effects if e.role is not Role.INSTRUMENT_FRAME))
+    return state, predict(arm, state)
 
 
 def _candidates(fit: Fit, room: Room) -> State:
     """Return random states to choose from, or the room's own candidates.
 
-    Joints are uniform inside their limits, or inside the measured range where the room asks for it; approach sides and
-    payloads are drawn at random, loads from those measured, or up to the rated one where there was one alone.
+    Joints are uniform inside their limits, or inside the measured range where the room asks for it; approach sides,
+    payloads and directions of a force are drawn at random, payloads from those of the room, or those measured, or up to
+    the rated one where there was one alone.
     """
     g = np.random.default_rng(SEED)
     robot, seen = fit.model.robot, fit.data.state
@@ -159,13 +230,19 @@ def _candidates(fit: Fit, room: Room) -> State:
     count = CANDIDATES if room.candidates is None else len(room.candidates)
     q = g.uniform(low, high, (count, 6)) if room.candidates is None else room.candidates
     approach = g.choice([-1.0, 1.0], (count, 6))
-    mass, center = None, None
-    if seen.payload_mass is not None:
+    mass, center, wrench = None, None, None
+    loads = np.array(room.payloads)
+    if not room.payloads and seen.payload_mass is not None:
         loads = np.unique(np.round(seen.payload_mass, 3))
         if len(loads) == 1 and robot.payload is not None:
             loads = np.array([loads[0], 0.5 * robot.payload, robot.payload])
+    if len(loads):
         mass = g.choice(loads, count)
         center = np.zeros((count, 3)) if seen.payload_center is None else np.tile(seen.payload_center[0], (count, 1))
+    if room.force:
+        direction = g.normal(size=(count, 3))
+        wrench = np.zeros((count, 6))
+        wrench[:, :3] = room.force * direction / np.linalg.norm(direction, axis=1)[:, None]
     tool = seen.T_flange_tcp[0] if seen.T_flange_tcp.ndim == 3 else seen.T_flange_tcp
     tool = tool if fit.data.tool_known else fit.model.T_flange_tcp
     state = State(
@@ -173,6 +250,7 @@ def _candidates(fit: Fit, room: Room) -> State:
         approach=approach,
         payload_mass=mass,
         payload_center=center,
+        wrench=wrench,
         T_flange_tcp=tool,
         temperature=_median(seen.temperature, count),
         time=_median(seen.time, count),
@@ -191,11 +269,15 @@ def _median(values: Array | None, count: int) -> Array | None:
     return None if values is None else np.full(count, float(np.median(values)))
 
 
-def _pool(fit: Fit, state: State, room: Room) -> Problem:
-    """Return the poses of a state inside the room as a problem in which every position is measured.
+def _pool(fit: Fit, room: Room, n: int) -> Problem:
+    """Return poses inside the room as a problem in which every position is measured.
 
     Random poses with a body or the TCP less than 0.1 m above the base plane are left out, if 50 remain.
+
+    Raises:
+        PostprocError: DAT024 where there are fewer than n.
     """
+    state = _candidates(fit, room)
     nowhere = np.zeros((len(state), 3))
     ids = tuple(str(i) for i in range(len(state)))
     data = Measurements(
@@ -208,4 +290,8 @@ def _pool(fit: Fit, state: State, room: Room) -> Problem:
     free = np.minimum(heights.min(axis=1), tip) > 0.1
     if free.sum() < 50 or room.candidates is not None:
         free = np.ones(len(state), dtype=bool)
-    return problem.some(free & room.holds(problem))
+    pool = problem.some(free & room.holds(problem))
+    if len(pool.data) < n:
+        message = f"{len(pool.data)} poses are where they may be, and {n} are asked for"
+        raise PostprocError.of("DAT024", message, help="widen the region, or ask for fewer with `-n`")
+    return pool

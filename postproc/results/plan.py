@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from postproc.identification.plan import TELLING_SIGMAS, MeasuringPlan
+from postproc.diagnostics import joined
+from postproc.identification.plan import Alternative, MeasuringPlan
+from postproc.identification.promise import Promise
 from postproc.model.uncertainty import parameter_name
-from postproc.report.blocks import Document
+from postproc.report.blocks import DataTable, Document, Figure, Section
 from postproc.results.wording import parameters_text
 
-LEAST_SIGMAS = 3.0
-"""Standard deviations below which a difference does not stand out at all."""
+STOPPED = "A simulation ends as soon as it is clear that nine of ten tables are not reached."
 
 
 def plan_document(name: str, plan: MeasuringPlan) -> Document:
@@ -19,7 +20,19 @@ def plan_document(name: str, plan: MeasuringPlan) -> Document:
     Args:
         name: of the model and the tables, for the title.
     """
-    return Document(title=f"postproc plan {name}", values=plan_values(plan), sentence=plan_sentence(plan))
+    figures, sections = [], []
+    if plan.promise is not None:
+        figures = [Figure("simulated tables that tell them apart", _share(plan.promise))]
+        rows = [(_poses(other), _share(other.promise)) for other in plan.alternatives]
+        columns = ("measured", "simulated tables that tell them apart")
+        sections = [Section("What else was simulated", [DataTable("alternatives", columns, rows)], STOPPED)]
+    return Document(
+        title=f"postproc plan {name}",
+        values=plan_values(plan),
+        sentence=plan_sentence(plan),
+        figures=figures,
+        sections=sections,
+    )
 
 
 def plan_values(plan: MeasuringPlan) -> dict[str, Any]:
@@ -29,6 +42,16 @@ def plan_values(plan: MeasuringPlan) -> dict[str, Any]:
         "poses": len(plan.state),
         "between": None if plan.between is None else list(plan.between),
         "told_apart": plan.resolved,
+        "promise": None if plan.promise is None else _promise_values(plan.promise),
+        "alternatives": [
+            {
+                "poses": a.poses,
+                "payloads_kg": list(a.payloads),
+                "force_N": round(a.force, 1),
+                **_promise_values(a.promise),
+            }
+            for a in plan.alternatives
+        ],
         "before": round(plan.before, 3),
         "after": round(plan.after, 3),
         "worst_determined": [parameter_name(plan.fit.model, *entry) for entry in plan.worst],
@@ -39,26 +62,8 @@ def plan_values(plan: MeasuringPlan) -> dict[str, Any]:
 def plan_sentence(plan: MeasuringPlan) -> str:
     """Say how well the poses tell two effects apart, or determine the parameters that are least known."""
     n = len(plan.state)
-    if plan.between is not None:
-        a, b = plan.between
-        if plan.after < LEAST_SIGMAS:
-            return (
-                f"Even with these {n} poses the difference between `{a}` and `{b}` stands out by only "
-                f"{plan.after:.1f} standard deviations: standing still, on positions, they do nearly the same. "
-                f"`postproc effects show {a}` says what tells them apart."
-            )
-        enough = (
-            "the data so far tells them apart already"
-            if plan.before >= TELLING_SIGMAS and plan.resolved
-            else "enough to tell them apart"
-            if plan.after >= TELLING_SIGMAS
-            else f"{TELLING_SIGMAS:.0f} tell them apart: ask for more poses with `-n`"
-        )
-        return (
-            f"With these {n} poses the difference between `{a}` and `{b}` stands out by {plan.after:.1f} standard "
-            f"deviations (now {plan.before:.1f}); {enough}. Approach every joint from the stated side and wait a "
-            "second."
-        )
+    if plan.between is not None and plan.promise is not None:
+        return _promised(plan, plan.promise, plan.between)
     never = (
         f" No pose determines {parameters_text(plan.fit, plan.never)}: others do the same, or no load moves them."
         if plan.never
@@ -71,3 +76,44 @@ def plan_sentence(plan: MeasuringPlan) -> str:
         f"Least is known of {parameters_text(plan.fit, plan.worst)}: to ± {plan.before:.2g} times the ordinary size of "
         f"such a parameter now, to ± {plan.after:.2g} times with these {n} poses.{hardly}{never}"
     )
+
+
+def _promised(plan: MeasuringPlan, promise: Promise, pair: tuple[str, str]) -> str:
+    """Say how many simulated tables tell two effects apart, and what else would where these are too few.
+
+    Args:
+        promise: of the plan; pair: keys of the two effects.
+    """
+    a, b = pair
+    said = (
+        f"With these {len(plan.state)} poses {_share(promise)} simulated tables would tell `{a}` and `{b}` apart, as "
+        "`diagnose` does"
+    )
+    approach = "Approach every joint from the stated side and wait a second."
+    if plan.resolved:
+        return f"The data so far tells `{a}` and `{b}` apart already. {said}. {approach}"
+    if promise.enough:
+        return f"{said}: enough. {approach}"
+    works = next((other for other in plan.alternatives if other.promise.enough), None)
+    if works is not None:
+        return f"{said}: not enough. With {_poses(works)} {_share(works.promise)} would."
+    failed = joined([_poses(other) for other in plan.alternatives], "or")
+    return f"{said}: not enough. Nor would {failed}: nothing that was simulated tells them apart."
+
+
+def _share(promise: Promise) -> str:
+    """Return a promise in words: ``18 of 20``."""
+    return f"{promise.told_apart} of {promise.tables}"
+
+
+def _promise_values(promise: Promise) -> dict[str, int]:
+    """Return a promise as it stands in the document."""
+    return {"tables": promise.tables, "told_apart": promise.told_apart}
+
+
+def _poses(other: Alternative) -> str:
+    """Return in words which other poses were simulated, with the options that ask for them."""
+    masses = joined([f"{mass:g}" for mass in other.payloads])
+    loads = [f"payloads of {masses} kg (`--payloads`)"] * bool(other.payloads)
+    loads += [f"a pull of {other.force:.0f} N in changing directions (`--force`)"] * bool(other.force)
+    return f"{other.poses} poses with {joined(loads)}" if loads else f"{other.poses} such poses (`-n`)"

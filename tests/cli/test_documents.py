@@ -26,6 +26,7 @@ RARE = {
     "stiffness_factor[]",
     "missing[].not_separable_from[]",
     "missing[].not_seen_beside[]",
+    "alternatives[].payloads_kg[]",
     "missing[].structure.NAME",
     "missing[].structure.NAME[]",
     "missing[].effective_parameters",
@@ -93,7 +94,7 @@ diagnose cell.toml samples/measurements/simulated_step.csv
 add cell.toml backlash transmission_error nonlinear_compliance --data backlash.csv -o better.toml
 compensate samples/corner_arc.mod -m better.toml --already geometry,gravity --wobj-taught all
 plan cell.toml backlash.csv -n 3
-plan cell.toml backlash.csv -n 3 --between backlash,joint_offset
+plan cell.toml backlash.csv -n 3 --between gravity_compensator,transmission_error
 runtime write -m better.toml -o ppModel.sys
 runtime check ppModel.sys -m better.toml
 runtime write -o bounded.sys --bound 0.5

@@ -10,11 +10,13 @@ import pytest
 import postproc
 from postproc.effects.registry import effect_library
 from postproc.estimation.least_squares import fit_model
-from postproc.identification.add import add_effects
+from postproc.estimation.solving.settle import settled
+from postproc.identification.add import add_effects, grown
 from postproc.identification.compare import compare
 from postproc.identification.design import Room
 from postproc.identification.diagnose import diagnose
 from postproc.identification.plan import plan_poses
+from postproc.identification.promise import BETWEEN_ROWS, FEWER, Promise, drawn, simulated
 from postproc.model.equilibrium import predict
 from postproc.results.plan import plan_sentence
 from tests.build import refused
@@ -51,7 +53,34 @@ def test_diagnose_and_plan_tell_apart_by_one_criterion():
     assert not effect_library()[rival].null().missing(base.problem.sensitivity.state)
     for pair in permutations((missing.key, rival)):
         plan = plan_poses(base.model, data, 5, pair)
-        assert not plan.resolved and "tells them apart already" not in plan_sentence(plan)
+        assert not plan.resolved and "apart already" not in plan_sentence(plan)
+
+
+def test_what_linear_springs_cannot_tell_is_not_promised_and_nothing_is_advised_for_it():
+    """A balancer turns joint 2 through a linear spring: as a gear line of order 1 does, whatever the payload."""
+    data, _ = cell(kinds.gravity_compensator, seed=966, poses=40)
+    plan = plan_poses(base_fit(data).model, data, 6, ("gravity_compensator", "transmission_error"))
+    assert plan.promise == Promise(FEWER, 0) and not plan.resolved
+    assert plan.alternatives and not any(other.promise.enough for other in plan.alternatives)
+    assert plan_sentence(plan).endswith("nothing that was simulated tells them apart.")
+
+
+def test_a_simulated_table_keeps_the_rows_and_has_the_planned_poses_of_a_drawn_arm():
+    data = cell(kinds.payload_error, seed=965, poses=60)[0].in_order
+    fit = settled(grown(base_fit(data), effect_library()["payload_error"]))
+    planned = data.rows(np.arange(30)).state.with_(wrench=np.tile([0.0, 300.0, 0.0, 0.0, 0.0, 0.0], (30, 1)))
+    table = simulated(fit, planned, np.random.default_rng(0))
+    n = len(data)
+    np.testing.assert_array_equal(table.position[:n], data.position)
+    assert len(table) == n + 30 and not table.state.wrench[:n].any() and (table.state.wrench[n:, 1] == 300.0).all()
+    assert (np.diff(table.state.time[n - 1 :]) == BETWEEN_ROWS).all() and len(set(table.repeats[n:])) == 30
+    pulled = predict(fit.model, table.rows(np.arange(n, n + 30)).state)[:, :3, 3]
+    off = table.position[n:] - pulled
+    assert 0.5 * fit.parts.level < off.std() < 3 * fit.parts.level
+    many = np.array([drawn(fit, np.random.default_rng(k)).effect("payload_error").vector() for k in range(200)])
+    moved = [i for key, i in fit.posterior.names if key == "payload_error"]
+    sigma = np.array([fit.sigma["payload_error", i] for i in moved])
+    np.testing.assert_allclose(many.std(axis=0)[moved], sigma, rtol=0.3)
 
 
 def test_one_bound_for_one_table():

@@ -74,7 +74,7 @@ def _say_further(diagnosis: Diagnosis, question: Question) -> None:
         for other in m.not_separable[:1]:
             pair = ("--between", f"{m.key},{other}")
             words = (model, *data, *pair, *same, "-o", "POSES.csv")
-            say_next("chooses poses that tell them apart", "plan", *words, lead="or")
+            say_next("says which poses would tell them apart", "plan", *words, lead="or")
     if (diagnosis.verdict == "complete" or diagnosis.untold) and too_few(diagnosis.base):
         say_next("chooses them", "plan", model, *data, *same, "-o", "POSES.csv")
     elif diagnosis.verdict == "complete":

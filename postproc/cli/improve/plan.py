@@ -11,7 +11,7 @@ from cyclopts.validators import Number
 
 from postproc.cli.improve.model_options import ArmOptions, MeasuredOptions, opened
 from postproc.cli.inputs import short_names
-from postproc.cli.options import AS_WRITTEN, ArmFile, Flag, Output, Tables
+from postproc.cli.options import AS_WRITTEN, ArmFile, Flag, Output, ReportFile, Tables
 from postproc.cli.output import present, write
 from postproc.cli.printing import say_next
 from postproc.cli.progress import watching
@@ -33,8 +33,11 @@ def run(
     candidates: str | None = None,
     sight: Annotated[float | None, Parameter(validator=Number(gt=0, lte=180))] = None,
     measured_range: Flag = False,
+    payloads: str | None = None,
+    force: Annotated[float, Parameter(validator=Number(gte=0))] = 0.0,
     arm_options: ArmOptions = ArmOptions(),
     table: MeasuredOptions = MeasuredOptions(),
+    report: ReportFile = None,
     json: Flag = False,
 ) -> int:
     """Choose the poses to measure next: to tell two effects apart, or to sharpen what is determined worst.
@@ -48,6 +51,8 @@ def run(
         candidates: table of the only poses that may be chosen (CSV).
         sight: half the opening angle [deg] of a reflector that looks along +z of the tool: the instrument stands in it.
         measured_range: keep every joint inside the range of DATA.
+        payloads: masses on the flange that poses may have [kg], KG,KG,... Default: those of DATA.
+        force: pull at the TCP [N] in the direction that the table states at each pose. Default: none.
         json: print the postproc/plan/1 document.
     """
     from postproc.identification.design import Room
@@ -55,12 +60,14 @@ def run(
     from postproc.render.measuring import measuring_module
     from postproc.results.plan import plan_document
 
-    arm, measured = opened(model, data, arm_options, table, output, rapid, also=candidates)
+    arm, measured = opened(model, data, arm_options, table, output, rapid, report, also=candidates)
     listed = None if candidates is None else table.read([candidates], arm.robot, False, arm.station).state
     q, axes = (None, None) if listed is None else (listed.q, listed.external_axes)
-    room = Room(_box(region), q, None if sight is None else math.radians(sight), measured_range, axes)
-    with watching(f"choosing {count} poses"):
-        plan = plan_poses(arm, measured, count, _pair(between), arm_options.classes, noise=table.sigma, room=room)
+    cone = None if sight is None else math.radians(sight)
+    room = Room(_box(region), q, cone, measured_range, axes, _masses(payloads), force)
+    with watching(f"choosing {count} poses") as watch:
+        pair, own = _pair(between), arm_options.classes
+        plan = plan_poses(arm, measured, count, pair, own, noise=table.sigma, room=room, watch=watch)
     document = plan_document(short_names(model, *data), plan)
     text, at = plan.as_csv(), plan.state
     if rapid is not None:
@@ -69,7 +76,7 @@ def run(
         write(rapid, measuring_module(arm.robot, at.q, at.approach, labels, name, payload_kg=loads, extax=plan.extax))
     if output is not None or not json:
         write(output, text)
-    present(document, json=json, text=True, on_stderr=True)
+    present(document, report, json=json, text=True, on_stderr=True)
     if output is not None and not json:
         what = "says what is missing, once x_mm, y_mm, z_mm and what else the first table has are filled in"
         say_next(what, "diagnose", model, *data, output, *table.words(), *arm_options.words())
@@ -90,6 +97,17 @@ def _box(text: str | None) -> Array | None:
         help_ = "write two corners [mm], `--region 800,-600,400,1600,600,1200`"
         raise PostprocError.of("CLI010", f"`--region {text}` is no box", help=help_)
     return np.sort(np.reshape(numbers, (2, 3)), axis=0) * 1e-3
+
+
+def _masses(text: str | None) -> tuple[float, ...]:
+    """Parse ``--payloads KG,KG,..``, none without it; CLI010 where these are no masses."""
+    try:
+        masses = tuple(float(word) for word in (text or "").split(",") if text)
+    except ValueError:
+        masses = (math.nan,)
+    if not all(math.isfinite(mass) and mass >= 0 for mass in masses):
+        raise PostprocError.of("CLI010", f"`--payloads {text}` are no masses", help="write `--payloads 0,30,60` [kg]")
+    return masses
 
 
 def _pair(text: str | None) -> tuple[str, str] | None:

@@ -24,7 +24,7 @@ class JointErrorMap(
         "transmission_error": "a fine sweep of one joint: one line in the spectrum, or many",
         "link_geometry": "order 1 alone: wide ranges of the joints after it",
         "joint_compliance": "order 1 alone: two payloads",
-        "gravity_compensator": "two payloads at the same joint angles",
+        "gravity_compensator": "the motor's torque at rest, for joint 2: a map may be what a balancer does",
     },
 ):
     """A joint's angle is wrong by a broadband function of itself (encoder, strain-wave gear).

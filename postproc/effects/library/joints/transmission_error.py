@@ -27,7 +27,7 @@ class TransmissionError(
     SumOfTerms,
     confused_with={
         "joint_error_map": "a fine sweep of one joint (five points a period): one line in the spectrum, or many",
-        "gravity_compensator": "two payloads, and a first harmonic on joint 2 with the forearm up and down",
+        "gravity_compensator": "the motor's torque at rest, for a first harmonic of joint 2: positions are the same",
         "link_geometry": "first harmonics only: wide ranges of the joints after it",
         "joint_compliance": "first harmonics only: two payloads",
     },

@@ -16,8 +16,8 @@ class GravityCompensator(
     confused_with={
         "arm_load": "joint 3 up and down at the same joint 2: a balancer does not care",
         "joint_compliance": "two payloads at the same joint angles",
-        "transmission_error": "two payloads, or joint 2 held by a known force: a torque acts through the elasticity",
-        "joint_error_map": "two payloads at the same joint angles",
+        "transmission_error": "the motor's torque at rest; a linear spring turns joint 2 as a first harmonic does",
+        "joint_error_map": "the motor's torque at rest; a linear spring turns joint 2 as a map of it may",
     },
 ):
     """A balancer pulls on the upper arm.
