@@ -36,7 +36,7 @@ def test_a_search_that_becomes_slower_tells_what_its_last_states_say(clock: list
         clock[0] += took
         one.examined(found, further, curves)
     assert 18 < remaining(told, clock[0]) < 26  # half a state and four more
-    one.last("all of it on all rows")
+    one.last("all of it on all rows", 0)
     assert remaining(told, clock[0]) == pytest.approx(20.0)
 
 
@@ -59,5 +59,5 @@ def test_a_search_that_is_made_again_has_not_ended(clock: list[float]) -> None:
         assert told[-1][1] < 0.6
         clock[0] += 3.0
         one.examined(0, False)
-        one.last("all of it on all rows")
+        one.last("all of it on all rows", 0)
         assert told[-1][1] > 0.7
