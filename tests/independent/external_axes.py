@@ -65,6 +65,10 @@ Shape = Callable[[np.ndarray], np.ndarray]
 """Small shift and turn (n, 6) of an axis by its position (n,) [mm] or [deg], in the axes of its frame."""
 
 
+Lean = Callable[[np.ndarray], list[tuple[np.ndarray, np.ndarray]]]
+"""Springs by the position of an axis (n,) [mm]: the place of each in the frame of the axis, (n, 3), and its share (n,)."""
+
+
 @dataclass(frozen=True)
 class Fault:
     """What is wrong with one axis.
@@ -73,6 +77,7 @@ class Fault:
         frame: (4, 4) where it really is, in its frame, and scale: by which it goes too far; shape: how it strays.
         tilt: (3,) turn by the arm's moment about the frame [rad/(N m)]; sag: (3,) about the axis by the work's weight
             times its lever, along the axes of the work, over one g [rad].
+        lean: where that turn happens, and how much of it, if not at the frame.
     """
 
     letter: str
@@ -81,6 +86,7 @@ class Fault:
     shape: Shape | None = None
     tilt: np.ndarray | None = None
     sag: np.ndarray | None = None
+    lean: Lean | None = None
 
 
 def chain(
@@ -96,7 +102,11 @@ def chain(
         position = e[:, "abcdef".index(axis.letter)]
         if load is not None and (fault.tilt is not None or fault.sag is not None):
             w = np.zeros((len(e), 6))
-            w[:, 3:] = load(T, axis, fault)
+            here = [(np.zeros((len(e), 3)), np.ones(len(e)))]
+            for point, share in here if fault.lean is None else fault.lean(position):
+                at = T @ A.transform(np.eye(3), point)
+                turn = share[:, None] * load(at, axis, fault)
+                w += np.concatenate([np.cross(point, turn), turn], axis=1)
             T = T @ A.small(w)
         strays = A.small(fault.shape(position)) if fault.shape is not None else EYE
         if axis.kind == "rotary":
@@ -180,6 +190,9 @@ STATIONS = {
 }
 
 
+Kind = Callable[[np.random.Generator, Axis], Fault]
+
+
 def crooked(g: np.random.Generator, axis: Axis) -> Fault:
     """Waves no shorter than two thirds of the travel on a rail; eccentricity, wobble and second orders of a table."""
     if axis.kind == "linear":
@@ -209,8 +222,35 @@ def leaning(g: np.random.Generator, axis: Axis) -> Fault:
     return Fault(axis.letter, sag=g.normal(0, 2.5e-4, 3))
 
 
-KEYS = {crooked: "external_axis_error", askew: "external_axis_frame", leaning: "external_axis_compliance"}
-Kind = Callable[[np.random.Generator, Axis], Fault]
+def _springs(law: Lean) -> Kind:
+    """A column or carriage whose springs are at other places than the frame; stiff about its own line."""
+
+    def lean(g: np.random.Generator, axis: Axis) -> Fault:
+        return Fault(axis.letter, tilt=g.uniform(0.5e-7, 1.5e-7, 3) * [0.0, 1.0, 1.0], lean=law)
+
+    return lean
+
+
+def _along(x: np.ndarray | float, y: float, z: float, e: np.ndarray) -> np.ndarray:
+    return np.stack([x + 0 * e, y + 0 * e, z + 0 * e], axis=1)
+
+
+def _slices(e: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    """A cantilever whose foot is 0.3 m below the frame, in twenty slices; as soft as one spring at a height of 1 m."""
+    h = e / 1e3 + 0.3
+    return [(_along(h * (k + 0.5) / 20 - 0.3, 0.0, 0.0, e), h / 20) for k in range(20)]
+
+
+foot_elsewhere = _springs(lambda e: [(_along(-0.7, 0.2, 0.4, e), np.ones(len(e)))])
+carriage = _springs(lambda e: [(_along(e / 1e3, 0.1, -0.2, e), np.ones(len(e)))])
+cantilever = _springs(_slices)
+telescope = _springs(lambda e: [(_along(e / 1e3 + 0.4, 0.0, -0.6, e), (e / 1e3) ** 2)])
+at_the_foot = _springs(lambda e: [(_along(0.0, 0.0, 0.0, e), e / 1e3)])
+bridge = _springs(lambda e: [(_along(e / 1e3, 0.0, 0.0, e), e / 1e3 * (6.0 - e / 1e3) / 4)])
+"""Springs at the foot, at the carriage, all along a column; a carriage that is softer the farther it is out; a foot that
+is; a bridge on two ends that is softest in its middle."""
+
+KEYS = {crooked: "external_axis_error", askew: "external_axis_frame"}
 HIDDEN: list[tuple[Kind, str, str]] = [
     (crooked, "track", "a"), (askew, "track", "a"), (leaning, "column", "a"), (crooked, "leaning table", "b"),
     (askew, "table", "b"), (leaning, "table", "b"), (crooked, "gantry", "b"), (askew, "gantry", "a"), (askew, "two axes", "c"),
@@ -219,6 +259,11 @@ HIDDEN: list[tuple[Kind, str, str]] = [
     (askew, "column", "a"), (crooked, "two axes", "c"), (leaning, "track", "a"),
 ]  # fmt: skip
 """Twenty hidden effects: what, in which cell, and which axis has it."""
+LEANS: list[tuple[Kind, str, str]] = [
+    (foot_elsewhere, "column", "a"), (cantilever, "column", "a"), (carriage, "column", "a"), (telescope, "column", "a"),
+    (at_the_foot, "column", "a"), (bridge, "gantry", "a"), (foot_elsewhere, "gantry", "b"), (carriage, "gantry", "b"),
+]  # fmt: skip
+"""Columns and gantries that lean in other ways than about the origin of the frame that is stated."""
 
 
 @dataclass(frozen=True)
@@ -281,4 +326,6 @@ def measured(kind: Kind | None, name: str, letter: str, seed: int) -> Measured:
     places = seen(cell, station, e, s, faults)[again] + g.normal(0, 1e-3 * noise, (len(again), 3))
     fit = table(s.take(again), e[again], places, again, letters, 4)
     true = table(t, other, seen(cell, station, other, t, faults), np.arange(150), letters, 6)
-    return Measured(station, fit, true, "" if kind is None else KEYS[kind], noise, fault)
+    return Measured(
+        station, fit, true, "" if kind is None else KEYS.get(kind, "external_axis_compliance"), noise, fault
+    )

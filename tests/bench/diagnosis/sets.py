@@ -313,14 +313,15 @@ REAL = {"ur10_iso_b": "ur10", "ur5_grid": "ur5"}
 """Real tables by name, with their arm."""
 
 
-CELLS = {"cell": len(X.HIDDEN), "clean cell": 2 * len(X.STATIONS)}
+FAULTS = X.HIDDEN * 2 + X.LEANS
+CELLS = {"cell": len(FAULTS), "clean cell": 2 * len(X.STATIONS)}
 """Sets of arms on tracks and gantries and beside positioners, with a fault of one external axis, and with none."""
 
 
 def cell_set(kind: str, index: int) -> Set:
     """An arm in a cell; seeds are far from those of other kinds."""
     clean = [(None, name, "") for name in X.STATIONS]
-    what, name, letter = X.HIDDEN[index % len(X.HIDDEN)] if kind == "cell" else clean[index % len(clean)]
+    what, name, letter = FAULTS[index % len(FAULTS)] if kind == "cell" else clean[index % len(clean)]
     found = X.measured(what, name, letter, 60_000_000 + 100_000 * (kind != "cell") + index)
     text = f'robot = "{MAIN}"\n{found.station.text}'
     station = parse_model(Source("cell.toml", text.encode())).station

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -9,11 +10,15 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.effects.base import State, Variant, param, variant
 from postproc.effects.geometry import distal_point
-from postproc.effects.library.cell.axis_motion import AxisMotion, Mask, across, side_of, small_motion
+from postproc.effects.library.cell.axis_motion import AxisMotion, Mask, across, position_of, side_of, small_motion
 
 if TYPE_CHECKING:
     from postproc.robot.cells.cell import Joint
 
+POWERS = 3
+"""Powers of the position in the compliance of a carriage: 1, e, e^2."""
+COLUMN_POINTS = 0.5 - 0.5 / 3**0.5, 0.5 + 0.5 / 3**0.5
+"""Shares of a column's height at which two springs stand for all its slices (Gauss and Legendre: exact)."""
 LEAST_SAG_SHARE = 1e-3
 """Share of the largest by which a sag must change from row to row to be looked for."""
 
@@ -30,69 +35,126 @@ class ExternalAxisCompliance(
 ):
     """What an external axis stands on leans under the load on it.
 
-    Equation: a turn about the origin of the axis' frame (``xyz_mm`` of its table, where it stands at the time), in the
-    axes of that frame: c_i M_i, with M the moment of all that the arm's base carries, or, of an axis that carries the
-    work, of the reaction to the process force. Under the weight of the work it turns by
-    sum over j of s_ij (R e_j x g / |g|)_i besides: e_j are the axes of the plate, R turns them into the frame of the
-    axis, and s_ij is the compliance times the work's weight times its lever along e_j, which nobody states.
-    Source: linear tilt springs. Typical size: 1e-8 to 3e-7 rad/(N m) of a column, 0.05 to 0.5 mrad of sag.
+    Equation, in the axes of the axis' frame (``xyz_mm`` of its table, before it moves): springs at points p turn what
+    they carry about p by c_i M_i(p), with M the moment about p of all that the arm's base carries, or, of an axis that
+    carries the work, of the reaction to the process force.
+        foot:     p = foot_m, c = tilt
+        carriage: p = carriage_m + e d, c = sum over k of carriage_k (e / 1 m)^k: guides are not alike on all the travel
+        column:   a cantilever from the foot to the carriage: c = bend ds for each of its slices
+    with e the position and d the direction of a linear axis. Where springs really stand nobody states: foot_m and
+    carriage_m are fitted. Under the weight of the work it turns by sum over j of s_ij (R e_j x g / |g|)_i besides: e_j
+    are the axes of the plate, R turns them into the frame of the axis, and s_ij is the compliance times the work's
+    weight times its lever along e_j, which nobody states.
+    Source: linear tilt springs; Euler-Bernoulli cantilever. Typical size: 1e-8 to 3e-7 rad/(N m) of a column, 0.05 to
+    0.5 mrad of sag.
     """
 
     tilt_rad_per_Nm: Array = param(
-        unit="rad/(N m)",
-        shape=("axes", 3),
-        low=-1e-5,
-        high=1e-4,
-        typical=1e-7,
-        least=0.0,
-        labels=("x", "y", "z"),
+        unit="rad/(N m)", shape=("axes", 3), low=-1e-5, high=1e-4, typical=1e-7, least=0.0, labels=("x", "y", "z")
     )
     sag_rad: Array = param(unit="rad", shape=("axes", 3, 3), low=-0.05, high=0.05, typical=2e-4, labels=("x", "y", "z"))
+    bend_rad_per_Nm2: Array = param(
+        unit="rad/(N m2)", shape=("axes", 3), low=-1e-5, high=1e-4, typical=1e-7, least=0.0, labels=("x", "y", "z")
+    )
+    carriage_rad_per_Nm: Array = param(
+        unit="rad/(N m)", shape=("axes", POWERS, 3), low=-1e-5, high=1e-4, typical=1e-7, labels=("x", "y", "z")
+    )
+    foot_m: Array = param(
+        unit="m", shape=("axes", 3), low=-10.0, high=10.0, typical=0.5, amplitude=False, labels=("x", "y", "z")
+    )
+    carriage_m: Array = param(
+        unit="m", shape=("axes", 3), low=-10.0, high=10.0, typical=0.5, amplitude=False, labels=("x", "y", "z")
+    )
 
     def motion(self, state: State, k: int, joint: Joint) -> tuple[Array, Array]:
         """T_base_axis and X - 1 (n, 4, 4) of the k-th axis: its end turns by X under the load on it."""
         T, side = state.axis_frames[self.axes[k]][0], side_of(state, self.axes[k])
-        turn = self.tilt_rad_per_Nm[k] * _moment(state, T, side)
+        force, moment = _load(state, T, side)
+        turn, shift = np.zeros_like(moment), np.zeros_like(moment)
         if np.any(self.sag_rad[k]):
-            turn = turn + np.einsum("ij,nij->ni", self.sag_rad[k], _sagging(state, T, side))
-        return T, small_motion(np.zeros_like(turn), turn)
+            turn = np.einsum("ij,nij->ni", self.sag_rad[k], _sagging(state, T, side))
+        for point, compliance in self._springs(k, position_of(state, self.axes[k])[:, None], joint.way):
+            lean = compliance * (moment - np.cross(point, force))
+            turn, shift = turn + lean, shift + np.cross(point, lean)
+        return T, small_motion(shift, turn)
+
+    def _springs(self, k: int, position: Array, way: Array) -> Iterator[tuple[Array, Array]]:
+        """Yield place [m] and compliance [rad/(N m)] of each spring of the k-th axis, (3,) or (n, 3), in its frame.
+
+        Args:
+            position: (n, 1) of the axis; way: (3,) along which it slides.
+        """
+        foot, carriage = self.foot_m[k], self.carriage_m[k] + position * way
+        yield foot, self.tilt_rad_per_Nm[k]
+        if np.any(self.bend_rad_per_Nm2[k]):
+            height = (carriage - foot) @ way[:, None]
+            for share in COLUMN_POINTS:
+                yield foot + share * height * way, 0.5 * np.abs(height) * self.bend_rad_per_Nm2[k]
+        if np.any(self.carriage_rad_per_Nm[k]):
+            yield carriage, position ** np.arange(POWERS) @ self.carriage_rad_per_Nm[k]
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """Forms: each moving axis alone, then all together: tilt and sag, sag alone, or both about the axis itself."""
+        """Forms: each moving axis alone, then all together.
+
+        Under the arm the foot, and of a linear axis the column or the carriage; under work tilt and sag, sag alone, or
+        both about the axis itself.
+        """
         axes = cls.moving(state, current)
         if not axes or state.station is None or state.robot is None:
             return ()
         effect, forms = current or cls(axes=axes), list[Variant]()
-        every = np.zeros(len(effect.vector()), dtype=bool)
+        free = refit = np.zeros(len(effect.vector()), dtype=bool)
         for k, axis in enumerate(axes):
-            T, side = state.axis_frames[axis][0], side_of(state, axis)
-            about_axis = ~across(state.station.joints[axis])
-            sag = np.ptp(_sagging(state, T, side), axis=0)
-            seen = sag > LEAST_SAG_SHARE * max(1.0, float(sag.max()))
-            forced = (side > 0).any() or (state.wrench is not None and np.any(np.asarray(state.wrench)[side < 0]))
-            tilt, none = np.full(3, forced), np.zeros(3, dtype=bool)
-            for what, tilts, sags in (
-                ("", tilt, seen),
-                (", its sag", none, seen),
-                (", about itself", tilt & about_axis, seen & about_axis[:, None]),
-            ):
-                free = cls._mask(effect, k, tilts, sags)
-                if free.any() and not any(np.array_equal(free, v.free) for v in forms):
-                    forms.append(variant(effect, f"eax_{axis}{what}", free, free))
-                every |= free
-        return tuple(forms) if len(axes) == 1 else (*forms, variant(effect, "all axes", every, every))
+            joint, carries = state.station.joints[axis], side_of(state, axis)
+            some = effect._under_arm(k, joint) if (carries > 0).any() else effect._under_work(state, k, joint)
+            forms += some
+            free, refit = free | some[0].free, refit | some[0].refit
+        return tuple(forms) if len(axes) == 1 else (*forms, variant(effect, "all axes", free, refit))
 
-    @staticmethod
-    def _mask(effect: ExternalAxisCompliance, k: int, tilt: Mask, sag: Mask) -> Mask:
-        """Mask of the effect's vector that frees these tilts (3,) and sags (3, 3) of the k-th axis."""
-        tilts, sags = (np.zeros(x.shape, dtype=bool) for x in (effect.tilt_rad_per_Nm, effect.sag_rad))
-        tilts[k], sags[k] = tilt, sag
-        return np.concatenate([tilts.ravel(), sags.ravel()])
+    def _under_arm(self, k: int, joint: Joint) -> list[Variant]:
+        """Return the forms of the k-th axis, which carries the arm: one sort of spring each, and where it stands."""
+        forms = [("", "foot_m", {"tilt_rad_per_Nm": True})]
+        if joint.kind == "linear":
+            forms += [(", its column", "foot_m", {"bend_rad_per_Nm2": True})]
+            for power, words in enumerate(("", ", by position", ", by position squared")):
+                some = np.arange(POWERS)[:, None] == power
+                forms.append((f", its carriage{words}", "carriage_m", {"carriage_rad_per_Nm": some}))
+        return [
+            variant(
+                self, f"eax_{self.axes[k]}{words}", self._mask(k, **springs), self._mask(k, **springs, **{at: True})
+            )
+            for words, at, springs in forms
+        ]
+
+    def _under_work(self, state: State, k: int, joint: Joint) -> list[Variant]:
+        """Return the forms of the k-th axis, which carries the work; at least one, which may free nothing."""
+        T, side = state.axis_frames[self.axes[k]][0], side_of(state, self.axes[k])
+        about_axis, forms = ~across(joint), list[Variant]()
+        sag = np.ptp(_sagging(state, T, side), axis=0)
+        seen = sag > LEAST_SAG_SHARE * max(1.0, float(sag.max()))
+        forced = state.wrench is not None and np.any(np.asarray(state.wrench)[side < 0])
+        tilt, none = np.full(3, forced), np.zeros(3, dtype=bool)
+        for what, tilts, sags in (
+            ("", tilt, seen),
+            (", its sag", none, seen),
+            (", about itself", tilt & about_axis, seen & about_axis[:, None]),
+        ):
+            free = self._mask(k, tilt_rad_per_Nm=tilts, sag_rad=sags)
+            if not any(np.array_equal(free, v.free) for v in forms):
+                forms.append(variant(self, f"eax_{self.axes[k]}{what}", free, free))
+        return forms
+
+    def _mask(self, k: int, **freed: bool | Mask) -> Mask:
+        """Return a mask of the vector that frees, of these parameters, this part of what belongs to the k-th axis."""
+        parts = {name: np.zeros(self.shape(name), dtype=bool) for name in self.parameters()}
+        for name, part in freed.items():
+            parts[name][k] = part
+        return np.concatenate([part.ravel() for part in parts.values()])
 
 
-def _moment(state: State, T_base_axis: Array, side: Array) -> Array:
-    """Moment (n, 3) [N m] of the load on an axis about the origin of its frame, in its axes.
+def _load(state: State, T_base_axis: Array, side: Array) -> tuple[Array, Array]:
+    """Force [N] and moment [N m], (n, 3) each, of the load on an axis at the origin of its frame, in its axes.
 
     Args:
         T_base_axis: (n, 4, 4) the frame.
@@ -100,15 +162,16 @@ def _moment(state: State, T_base_axis: Array, side: Array) -> Array:
     """
     assert state.robot is not None and state.body_load is not None and state.T_base_body is not None
     origin = T_base_axis[:, :3, 3]
-    load = state.body_load[:, 0]
-    moment = load[:, 3:] + np.cross(distal_point(state.robot, 0) - origin, load[:, :3])
+    force, moment = state.body_load[:, 0, :3], state.body_load[:, 0, 3:]
+    moment = moment + np.cross(distal_point(state.robot, 0) - origin, force)
     if (side < 0).any():
         wrench = np.zeros((len(state), 6)) if state.wrench is None else np.broadcast_to(state.wrench, (len(state), 6))
         flange = state.T_base_body[:, 6] @ state.robot.link[6]
         tip = (flange @ state.T_flange_tcp)[:, :3, 3]
         reaction = -wrench[:, 3:] - np.cross(tip - origin, wrench[:, :3])
+        force = np.where((side < 0)[:, None], -wrench[:, :3], force)
         moment = np.where((side < 0)[:, None], reaction, moment)
-    return _in_frame(T_base_axis, moment)
+    return _in_frame(T_base_axis, force), _in_frame(T_base_axis, moment)
 
 
 def _sagging(state: State, T_base_axis: Array, side: Array) -> Array:
