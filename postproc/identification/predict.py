@@ -76,7 +76,7 @@ def predict_rows(model: Model, data: Measurements, place: bool = False) -> Predi
             place the instrument.
     """
     good = np.asarray(np.isfinite(data.state.q).all(axis=1))
-    seen = np.asarray(good & np.isfinite(data.position).all(axis=1))
+    seen = np.asarray(good & np.isfinite(data.position).all(axis=1) & ~data.beside)
     placed = _place(model, data.rows(seen)) if place else None
     findings = [] if placed is None else [_placed_finding(placed)]
     known = model if placed is None else placed.model
@@ -198,8 +198,8 @@ def _left_out(model: Model, state: State, data: Measurements) -> Iterator[Diagno
 
 def _unknown_reflectors(model: Model, state: State, data: Measurements) -> Iterator[Diagnostic]:
     """Yield DAT021 for reflectors of which the model does not know where they are on the tool."""
-    known, names = reflectors_known(model), list(dict.fromkeys(state.reflector_of_rows.tolist()))
-    some = [*known[:1], *(name for name in names if name not in known)]
+    known, names = reflectors_known(model), dict.fromkeys(state.reflector_of_rows.tolist())
+    some = [*known[:1], *(name for name in names if name not in (*known, *data.references))]
     if state.reflector is not None and (unknown := some[1:]):
         listed, many = joined([f"`{name}`" for name in unknown]), len(unknown) > 1
         message = f"the model does not know where {listed} {'are' if many else 'is'} on the tool: "

@@ -154,6 +154,17 @@ def test_a_reflector_that_stands_beside_the_arm_watches_the_instrument(drift_m, 
     assert "floor" not in fitted(data).model.effect("reflector").reflector
 
 
+def test_a_reflector_beside_the_arm_disturbs_no_prediction():
+    s, names, places = with_floor(6, 0.0)
+    model = fitted(read(table(s, names, places))).model
+    asked = read_measurements(Source("rows.csv", table(s, names, places).encode()), ROBOT, measured=False)
+    assert asked.references == {"floor"} and said(asked) == []
+    for place in (False, True):
+        found = predict_rows(model, asked, place=place)
+        off = np.linalg.norm(found.position - asked.position, axis=1)[names != "floor"]
+        assert off.max() < 2e-4 and [d.code for d in found.diagnostics if d.severity != "info"] == []
+
+
 def test_the_map_names_what_the_rows_do_not_show():
     """Where the arm always stands in one pose when the reflector on the floor is read, nothing shows that it stands still."""
     s, names, places = with_floor(7, 0.0)

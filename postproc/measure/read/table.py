@@ -87,9 +87,8 @@ def read_measurements(
         accepted=terms.accept,
         sources=(source,),
     )
-    if measured:
-        data, still = with_references(data, robot, layout.references)
-        diagnostics += still
+    data, still = with_references(data, robot, layout.references)
+    diagnostics += still
     unit = table.place["x_mm"].unit if "x_mm" in table.place else "mm"
     data, agreed = _without_lost(data, agreement(data, robot), table, robot)
     check_work(data.state, table, robot, data.position)
