@@ -31,7 +31,7 @@ def recorded_model(fit: Fit) -> Model:
     known = Uncertainty(after.names, after.covariance, pose_error_sigma(fit), after.unidentifiable, after.directions)
     regions = fit.regions
     if regions is not None:
-        known = replace(known, beyond=_displaced(fit, regions.beyond), measured=regions.field)
+        known = replace(known, beyond=beyond_sigma(fit) or 0.0, measured=regions.field)
     key, noise = fit.observed.key, fit.parts.level
     table: dict[str, Any] = {
         "rows": int(len(data) - len(fit.excluded)),
@@ -70,6 +70,11 @@ def pose_error_sigma(fit: Fit) -> float:
     displacements by their lever in the measured poses.
     """
     return _displaced(fit, fit.unexplained)
+
+
+def beyond_sigma(fit: Fit) -> float | None:
+    """Return the deviation per axis [m] of what else the model may leave where no measured row is near, if known."""
+    return None if fit.regions is None else _displaced(fit, fit.regions.beyond)
 
 
 def _displaced(fit: Fit, sigma: float) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 
 from postproc.estimation.findings import MOST_ROWS_NAMED, cautions
 from postproc.estimation.fitted import Fit
-from postproc.estimation.recorded import pose_error_sigma, undetermined
+from postproc.estimation.recorded import beyond_sigma, pose_error_sigma, undetermined
 from postproc.grouping import grouped
 from postproc.identification.add import FitFigures
 from postproc.measure.errors import distances
@@ -125,6 +125,7 @@ def fit_values(fit: Fit, before: Values | None = None) -> Values:
         "not_identifiable": [parameter_name(fit.model, key, i) for key, i in not_identifiable(fit)],
         "at_bound": [parameter_name(fit.model, key, i) for key, i in fit.at_bound],
         "unexplained_mm": mm(pose_error_sigma(fit)),
+        "beyond_mm": mm_or_none(beyond_sigma(fit)),
         "diagnostics": [d.as_json() for d in (*fit.data.diagnostics, *cautions(fit))],
     }
 
