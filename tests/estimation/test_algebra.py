@@ -12,7 +12,7 @@ from postproc.estimation.evidence import f_test
 from postproc.estimation.fitted import excess_variance
 from postproc.estimation.held_out import contiguous_blocks, hold_out, neighbouring_blocks, standardised
 from postproc.estimation.independent import independent_share, serial_share
-from postproc.estimation.linear import Linear, basis_of
+from postproc.estimation.linear import Linear, basis_of, solve_positive
 from postproc.identification.screen.gain import gain
 
 PENALTY = np.array([0, 0, 1.0, 2.0, 3.0, 0.5, 0.1])
@@ -44,6 +44,37 @@ def test_a_basis_gives_the_penalised_fit_and_what_it_leaves_of_rows_it_has_not_s
     assert_allclose(U @ (U.T @ y), A @ solved(A, y, w), atol=1e-9)
     expected = y[inside] - A[inside] @ solved(A[~inside], y[~inside], w)
     assert_allclose(hold_out(y, U, blocks)[inside], expected, atol=1e-9)
+
+
+def test_directions_that_a_penalty_holds_firmly_are_no_part_of_a_basis():
+    """Of 400 columns of which each is held five times as firmly as one before it, few can move by a rounding error."""
+    g = np.random.default_rng(6)
+    A, w = g.normal(size=(900, 400)), 5.0 ** np.minimum(np.arange(400), 30)
+    A[:, 5] *= 1e-6  # a number of another size, which nothing holds
+    w[5] = 0.0
+    U, y = basis_of(A, w), g.normal(size=900)
+    inside = A / np.hypot(np.linalg.norm(A, axis=0), w)
+    expected = (
+        inside
+        @ np.linalg.lstsq(
+            np.vstack([inside, np.diag(w / np.hypot(np.linalg.norm(A, axis=0), w))]),
+            np.append(y, np.zeros(400)),
+            rcond=None,
+        )[0]
+    )
+    assert U.shape[1] < 30
+    assert_allclose(U @ (U.T @ y), expected, atol=1e-8)
+
+
+def test_normal_equations_of_numbers_of_very_different_sizes_are_solved_also_where_they_are_singular():
+    g = np.random.default_rng(7)
+    A = g.normal(size=(40, 5)) * np.geomspace(1e-8, 1e8, 5)
+    x = 1 / np.geomspace(1e-8, 1e8, 5)
+    assert_allclose(solve_positive(A.T @ A, A.T @ (A @ x)), x, rtol=1e-6)
+    twice = np.hstack([A, A[:, :1]])
+    both = solve_positive(twice.T @ twice, twice.T @ (A @ x))
+    assert_allclose(both, np.append(x, 0) - 0.5 * x[0] * np.array([1, 0, 0, 0, 0, -1]), rtol=1e-6)
+    assert solve_positive(np.zeros((0, 0)), np.zeros((0, 3))).shape == (0, 3)
 
 
 def test_held_out_residuals_are_divided_by_what_the_other_rows_leave_open():

@@ -273,7 +273,7 @@ def improving(sizes: Sizes, name: str, add: bool) -> list[Figure]:
     else:
         data, what = measured.mapped(sizes.mapped), "rows with an error map"
         model, limits = base_fit(data, "ur5", ("link_geometry",)).model, (30.0, None)
-    command = f"`{'add' if add else 'diagnose'}` {len(data)} {what}"
+    command = f"{'`add` on' if add else '`diagnose`'} {len(data):,} {what}"
     work = (lambda: add_effects(model, data, ["joint_error_map"])) if add else lambda: diagnose(model, data)
     times = repeated(work, 2)
     return [Figure(command, "s", times, limits[0]), Figure(f"{command}, peak memory", "MB", (peak(),), limits[1])]
