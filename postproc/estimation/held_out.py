@@ -45,7 +45,7 @@ def standardised(y: Array, U: Array, blocks: NDArray[np.int_]) -> Array:
     return out
 
 
-def left_out(y: Array, U: Array, at: NDArray[np.bool_]) -> tuple[Array, Array]:
+def without_block(y: Array, U: Array, at: NDArray[np.bool_]) -> tuple[Array, Array]:
     """Return (m,) errors of entries that a fit to the others predicts, and (m, k) factor G of their covariance.
 
     With e = (I - U_B U_B^T)^-1 (y - U U^T y)_B as in `hold_out`, the covariance (I - U_B U_B^T)^-1 is I + G G^T in

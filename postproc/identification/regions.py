@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from postproc.effects.roles import Role
 from postproc.estimation.fitted import Fit
+from postproc.estimation.lacking import lacking_field
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.linear import Linear
-from postproc.estimation.regions import LeftOut, judged_by_regions, lacking_field, parts_of_range
+from postproc.estimation.regions import HeldOutRegion, judged_by_regions, parts_of_range
 from postproc.estimation.solving.settle import settled
 from postproc.estimation.solving.solve import ROUGHLY, Terms
 from postproc.identification.curves.families import curve_forms
@@ -50,21 +51,21 @@ def with_regions(fit: Fit, before: Fit, searched: bool = False) -> Fit:
         masks = parts_of_range(lacking[0], state, ANEW if searched else FIXED)
     for mask in masks:
         after = (before, _chosen_anew(before, mask, ordered)) if searched else (fit, fit.linear)
-        regions.append(LeftOut.of(before, after, mask, fit.variance))
-    found = judged_by_regions(fit, lacking, regions)
-    if searched and not found.helps:
-        found = replace(found, surest=settled(before).model)
-    return replace(fit, regions=found)
+        regions.append(HeldOutRegion.of(before, after, mask, fit.variance))
+    result = judged_by_regions(fit, lacking, regions)
+    if searched and not result.helps:
+        result = replace(result, surest=settled(before).model)
+    return replace(fit, regions=result)
 
 
-def _chosen_anew(before: Fit, inside: NDArray[np.bool_], ordered: bool) -> Linear:
+def _chosen_anew(before: Fit, region: NDArray[np.bool_], ordered: bool) -> Linear:
     """Return a fit to all rows, beside whose parameters stand curves that were searched without some of the rows.
 
     Args:
-        before: the fit without curves; inside: (n,) mask of the rows that the search does not see.
+        before: the fit without curves; region: (n,) mask of the rows that the search does not see.
         ordered: whether something follows the order of the rows, so that none may be left out between others.
     """
-    kept = ~inside
+    kept = ~region
     if not ordered:
         kept &= before.problem.subsample(NUMBERS_SEARCHED)
     kept[list(before.excluded)] = False

@@ -16,6 +16,8 @@ from postproc.channels.state import State
 
 COORDINATES = (*(f"q{j + 1}" for j in range(6)), "payload", *(f"dir{j + 1}" for j in range(6)))
 """What the function may depend on: joint angles [rad], payload [kg], sides of approach (+1, -1, 0)."""
+LEAST_NOISE = 1e-9
+"""Variance of a row's error, at least: rows may be the same."""
 STEP = 1e-3
 """Step of the written coordinates of rows, as a share of the length over which the function changes."""
 
@@ -43,19 +45,25 @@ class Field:
         square = np.sum(a**2, axis=1)[:, None] + np.sum(b**2, axis=1) - 2 * a @ b.T
         return np.asarray(np.exp(-0.5 * np.maximum(square, 0.0)))
 
+    def posterior(self, rows: Array, x: Array) -> Array:
+        """Return the covariance (n, n) at coordinates x (n, d) that is open once other rows (m, d) are known."""
+        across = self.covariance(rows, x)
+        inner = self.covariance(rows, rows) + max(self.noise, LEAST_NOISE) * np.eye(len(rows))
+        return np.asarray(self.covariance(x, x) - across.T @ np.linalg.solve(inner, across))
+
     def known(self, state: State) -> Array:
         """Return the share (n,) of the variance that the rows tell at each state: 1 near them, 0 where none is near."""
         from scipy.linalg import solve_triangular
 
         across = self.covariance(self.rows, coordinates(state, self.names))
-        told = solve_triangular(self._factor, across, lower=True, check_finite=False)
-        return np.asarray(np.minimum(np.sum(told**2, axis=0), 1.0))
+        solved = solve_triangular(self._factor, across, lower=True, check_finite=False)
+        return np.asarray(np.minimum(np.sum(solved**2, axis=0), 1.0))
 
     @cached_property
     def _factor(self) -> Array:
         """(m, m) lower triangular factor of the covariance of what the rows tell."""
         inner = self.covariance(self.rows, self.rows)
-        return np.asarray(np.linalg.cholesky(inner + max(self.noise, 1e-9) * np.eye(len(inner))))
+        return np.asarray(np.linalg.cholesky(inner + max(self.noise, LEAST_NOISE) * np.eye(len(inner))))
 
     def table(self) -> dict[str, Any]:
         """Return the table [fit.field] of a model file: ``lengths`` by coordinate, ``noise``, and packed ``rows``."""

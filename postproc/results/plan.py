@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from postproc.diagnostics import joined
-from postproc.identification.plan import Alternative, MeasuringPlan
-from postproc.identification.promise import Promise
+from postproc.identification.planning.plan import Alternative, MeasuringPlan
+from postproc.identification.planning.promise import Promise
 from postproc.model.uncertainty import parameter_name
 from postproc.report.blocks import DataTable, Document, Figure, Section
 from postproc.results.wording import parameters_text

@@ -13,10 +13,10 @@ from postproc.estimation.least_squares import fit_model
 from postproc.estimation.solving.settle import settled
 from postproc.identification.add import add_effects, grown
 from postproc.identification.compare import compare
-from postproc.identification.design import Room
 from postproc.identification.diagnose import diagnose
-from postproc.identification.plan import plan_poses
-from postproc.identification.promise import BETWEEN_ROWS, FEWER, Promise, drawn, simulated
+from postproc.identification.planning.design import Room
+from postproc.identification.planning.plan import plan_poses
+from postproc.identification.planning.promise import BETWEEN_ROWS, FEWER, Promise, drawn, simulated
 from postproc.model.equilibrium import predict
 from postproc.results.plan import plan_sentence
 from tests.build import refused

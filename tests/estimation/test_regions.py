@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from postproc.effects.registry import effect_library
-from postproc.estimation.held_out import OPEN, left_out
+from postproc.estimation.held_out import OPEN, without_block
+from postproc.estimation.lacking import RestrictedLikelihood, lacking_field
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.recorded import recorded_model
-from postproc.estimation.regions import LeftOut, judged_by_regions, lacking_field, parts_of_range
+from postproc.estimation.regions import HeldOutRegion, judged_by_regions, parts_of_range
 from postproc.estimation.solving.settle import settled
 from postproc.identification.add import add_effects
 from postproc.identification.regions import with_regions
@@ -29,7 +30,7 @@ G = np.random.default_rng(5)
 
 def test_errors_of_a_part_left_out_and_their_covariance_are_those_of_a_fit_to_the_rest():
     A, y, at = G.normal(size=(40, 5)), G.normal(size=40), np.arange(40) < 12
-    e, known = left_out(y, np.linalg.qr(A)[0], at)
+    e, known = without_block(y, np.linalg.qr(A)[0], at)
     x = np.linalg.lstsq(A[~at], y[~at], rcond=None)[0]
     np.testing.assert_allclose(e, y[at] - A[at] @ x, atol=1e-10)
     np.testing.assert_allclose(known @ known.T, A[at] @ np.linalg.inv(A[~at].T @ A[~at]) @ A[at].T, atol=1e-9)
@@ -37,8 +38,41 @@ def test_errors_of_a_part_left_out_and_their_covariance_are_those_of_a_fit_to_th
 
 def test_what_the_rest_does_not_determine_is_open():
     A, at = np.vstack([np.eye(3), np.eye(3)[:2]]), np.array([False, False, True, False, False])
-    _, known = left_out(np.ones(5), np.linalg.qr(A)[0], at)
+    _, known = without_block(np.ones(5), np.linalg.qr(A)[0], at)
     assert float(np.sum(known**2)) == pytest.approx(OPEN, rel=1e-6)
+
+
+def test_the_derivative_of_the_restricted_likelihood_is_that_of_central_differences():
+    x, y, columns = G.normal(size=(25, 4)), G.normal(size=75), G.normal(size=(75, 6))
+    likelihood, t, step = (
+        RestrictedLikelihood.of(y, np.column_stack([columns, columns[:, 0]]), x),
+        G.normal(size=5),
+        1e-5,
+    )
+    assert likelihood.freedom == 69
+    numeric = [(likelihood.cost(t + e)[0] - likelihood.cost(t - e)[0]) / (2 * step) for e in step * np.eye(5)]
+    np.testing.assert_allclose(likelihood.cost(t)[1], numeric, rtol=1e-5, atol=1e-6)
+
+
+def test_the_restricted_likelihood_is_that_of_contrasts():
+    """Of numbers in which no parameter shows, by a plain normal density, up to a constant."""
+    x, y, columns = G.normal(size=(15, 3)), G.normal(size=30), G.normal(size=(30, 4))
+    likelihood = RestrictedLikelihood.of(y, columns, x)
+    contrasts = np.linalg.svd(columns)[0][:, 4:]
+    z = contrasts.T @ y
+
+    def plain(t):
+        a, lengths = np.exp(t[0]), np.exp(t[1:])
+        V = np.eye(15) + a * np.exp(-0.5 * np.sum(((x[:, None] - x) / lengths) ** 2, axis=2))
+        C = contrasts.T @ np.kron(V, np.eye(2)) @ contrasts
+        square = z @ np.linalg.solve(C, z)
+        prior = -0.5 * t[1:] @ t[1:] + t[0] - 2 * np.log1p(a)
+        return 0.5 * len(z) * np.log(square) + 0.5 * np.linalg.slogdet(C)[1] - prior, square / len(z)
+
+    first, second = G.normal(size=(2, 4))
+    difference = likelihood.cost(first)[0] - likelihood.cost(second)[0]
+    assert difference == pytest.approx(plain(first)[0] - plain(second)[0], abs=1e-8)
+    assert likelihood.noise(first) == pytest.approx(plain(first)[1])
 
 
 def following(data: Measurements, size: float, lengths: np.ndarray, seed: int) -> Measurements:
@@ -82,7 +116,7 @@ def judged(before: float, after: float) -> tuple[float, float, bool]:
     waves = smooth @ np.random.default_rng(3).normal(size=(n, 3))
     noise = np.random.default_rng(4).normal(0, fit.rms, (n, 3))
     errors = (before * waves + noise, after * waves + noise)
-    parts = [LeftOut(mask, *errors, np.flatnonzero(mask), np.zeros((mask.sum(), 3, 0))) for mask in masks]
+    parts = [HeldOutRegion(mask, *errors, np.flatnonzero(mask), np.zeros((mask.sum(), 3, 0))) for mask in masks]
     found = judged_by_regions(fit, (replace(field, lengths=np.full(len(field.lengths), 0.7)), before), parts)
     assert rms(found.after) == pytest.approx(np.hypot(after, fit.rms), rel=0.4)
     return found.lacking, found.beyond, found.helps

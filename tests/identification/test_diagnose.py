@@ -29,7 +29,7 @@ from postproc.identification.add import add_effects, grown
 from postproc.identification.compare import compare, joint_errors, residual_trends
 from postproc.identification.diagnose import diagnose
 from postproc.identification.joint_curves import curves
-from postproc.identification.plan import plan_poses
+from postproc.identification.planning.plan import plan_poses
 from postproc.identification.predict import PREDICTION_HEADER, predict_rows
 from postproc.measure.errors import rms
 from postproc.results.addition import addition_values

@@ -55,8 +55,8 @@ def run(
         force: pull at the TCP [N] in the direction that the table states at each pose. Default: none.
         json: print the postproc/plan/1 document.
     """
-    from postproc.identification.design import Room
-    from postproc.identification.plan import plan_poses
+    from postproc.identification.planning.design import Room
+    from postproc.identification.planning.plan import plan_poses
     from postproc.render.measuring import measuring_module
     from postproc.results.plan import plan_document
 

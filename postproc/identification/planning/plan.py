@@ -17,10 +17,10 @@ from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.problem import Problem, make_weights
 from postproc.estimation.solving.step import Name
-from postproc.identification.design import FULL_RANGE, Room, separate, sharpen
 from postproc.identification.diagnose import diagnose
 from postproc.identification.diagnosis import Diagnosis
-from postproc.identification.promise import Contest, Promise
+from postproc.identification.planning.design import FULL_RANGE, Room, separate, sharpen
+from postproc.identification.planning.promise import Contest, Promise
 from postproc.identification.refits import refit_all, without
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model, as_written, with_axes
