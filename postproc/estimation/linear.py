@@ -137,10 +137,10 @@ def solve_positive(matrix: Array, right: Array) -> Array:
     except LinAlgError:
         good = False
     if good:
-        found = cho_solve(factor, scaled, check_finite=False)
+        solution = cho_solve(factor, scaled, check_finite=False)
     else:
-        found = np.linalg.pinv(unit, rcond=1e-14, hermitian=True) @ scaled
-    return np.asarray((found.T / scale).T)
+        solution = np.linalg.pinv(unit, rcond=1e-14, hermitian=True) @ scaled
+    return np.asarray((solution.T / scale).T)
 
 
 def _positive(length: Array) -> Array:

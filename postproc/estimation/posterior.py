@@ -224,8 +224,8 @@ def _laplace(objective: Objective, mean: Array, count: int) -> tuple[Array, Arra
     unit, weight = np.where(log, mean, 1.0), yielding(_log_ratio(mean, objective.median), objective.spread, log)
     curvature = objective.curvature(unit, weight)
     known, taken = _eliminated(curvature, count)
-    left = curvature[count:, count:] - curvature[count:, :count] @ taken
-    lower = _factor(solve_positive(left, np.eye(len(left))))
+    curvature_of_others = curvature[count:, count:] - curvature[count:, :count] @ taken
+    lower = _factor(solve_positive(curvature_of_others, np.eye(len(curvature_of_others))))
     directions = np.vstack([-taken @ lower, lower]).T
     # A log-normal number lies farther from its median than the deviation of its logarithm says.
     total = np.sqrt(np.concatenate([np.diag(known), np.zeros(len(lower))]) + np.sum(directions**2, axis=0))

@@ -52,22 +52,22 @@ class Forecast:
         else:
             self.watch(step, FIRST_SHARE)
 
-    def examined(self, found: int, further: bool, curves: bool = False) -> None:
+    def examined(self, count: int, further: bool, curves: bool = False) -> None:
         """Tell the progress after all effects were tried in a state, or all curves.
 
         Args:
-            found: effects and curves that were added to the model; further: whether one more may convince.
+            count: effects and curves that were added to the model; further: whether one more may convince.
             curves: whether curves were tried.
         """
         now = time.monotonic()
         (self.curves if curves else self.effects).append(now - self.reported)
         self.reported = now
-        if found < self.most or (self.back and not curves):
+        if count < self.most or (self.back and not curves):
             self.back += 1
             states, screens = max(self.most - self.back, 0) + 0.5, 0.0
         else:
-            self.most, self.back = found, 0
-            states, screens = (found + 1.5, 2.0) if further else (found + 0.5, 1.0)
+            self.most, self.back = count, 0
+            states, screens = (count + 1.5, 2.0) if further else (count + 0.5, 1.0)
             screens -= curves
         self._tell("effects and curves one after another", states, screens)
 

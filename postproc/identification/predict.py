@@ -76,7 +76,7 @@ def predict_rows(model: Model, data: Measurements, place: bool = False) -> Predi
             place the instrument.
     """
     good = np.asarray(np.isfinite(data.state.q).all(axis=1))
-    seen = np.asarray(good & np.isfinite(data.position).all(axis=1) & ~data.beside)
+    seen = np.asarray(good & np.isfinite(data.position).all(axis=1) & ~data.off_arm)
     placed = _place(model, data.rows(seen)) if place else None
     findings = [] if placed is None else [_placed_finding(placed)]
     known = model if placed is None else placed.model

@@ -87,9 +87,9 @@ class SearchState:
     @cached_property
     def ranked(self) -> list[Candidate]:
         """Every testable effect of the library in its best form on the residual, the best by log evidence first."""
-        found = ranking(self.fit, self.screen)
-        self.forecast.examined(len(self.missing) + len(self.curves), any(map(convincing, found)))
-        return found
+        ranked = ranking(self.fit, self.screen)
+        self.forecast.examined(len(self.missing) + len(self.curves), any(map(convincing, ranked)))
+        return ranked
 
     @cached_property
     def curve_screen(self) -> CurveScreen:

@@ -71,7 +71,7 @@ def agreement(data: Measurements, robot: Robot) -> Agreement:
     Where no session has `FEWEST_PLACED` poses, all rows are taken to be seen from one place.
     """
     located = np.isfinite(data.position).all(axis=1) & np.isfinite(data.state.q).all(axis=1)
-    rows = np.flatnonzero(located & ~data.beside)
+    rows = np.flatnonzero(located & ~data.off_arm)
     arm, q = PlacedArm(robot, data.state.T_reference_base).rows(rows), data.state.q[rows]
     T = arm.flange(q)
     if data.tool_known:
@@ -128,9 +128,9 @@ def reflector_points(
             shifted = T[rows].copy()
             shifted[:, :3, 3] += shifted[:, :3, :3] @ (points[name] + (0.0 if tool is None else tool))
             few, y = poses_among(T[rows, :3, 3]) < ENOUGH, position[rows]
-            found = _placed(shifted, y, few, None) if tool is None else _settled(shifted, y, False, near(y))
-            frames[session] = found.T_instrument_base
-            tool = found.tool if tool is None else tool
+            placed = _placed(shifted, y, few, None) if tool is None else _settled(shifted, y, False, near(y))
+            frames[session] = placed.T_instrument_base
+            tool = placed.tool if tool is None else tool
         for (session, name), _ in groups:
             if name not in known and session in frames:
                 rows, frame = (sessions == session) & (reflectors == name), frames[session]
@@ -198,7 +198,7 @@ def _placed(T: Array, position: Array, few: bool, first: Alignment | None) -> Al
     if few or np.linalg.norm(plain.residual, axis=1).max() < LEAST_M:
         return plain  # nothing to choose
     others = _settled(T, position, tool, _proposed(T, position, tool))
-    return min(_settled(T, position, tool, near(position)), others, key=lambda found: found.typical)
+    return min(_settled(T, position, tool, near(position)), others, key=lambda placed: placed.typical)
 
 
 def _with_zeros(alignment: Alignment, T: Array, arm: PlacedArm, q: Array) -> Array:

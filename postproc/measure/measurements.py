@@ -102,10 +102,10 @@ class Measurements:
             measured |= np.isfinite(self.rotation).all(axis=(1, 2))
         if self.joint is not None:
             measured |= np.isfinite(self.joint).any(axis=1)
-        return np.asarray(measured & np.isfinite(self.state.q).all(axis=1) & ~self.beside)
+        return np.asarray(measured & np.isfinite(self.state.q).all(axis=1) & ~self.off_arm)
 
     @property
-    def beside(self) -> NDArray[np.bool_]:
+    def off_arm(self) -> NDArray[np.bool_]:
         """(n,) bool: rows of reflectors that stand beside the arm."""
         return np.isin(self.state.reflector_of_rows, list(self.references))
 

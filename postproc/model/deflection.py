@@ -34,15 +34,15 @@ class Deflection:
     instrument: Array | None
 
 
-def deflect(effects: Iterable[Effect], state: State, beside: Deflection | None = None) -> Deflection:
+def deflect(effects: Iterable[Effect], state: State, first: Deflection | None = None) -> Deflection:
     """Add up the displacements that effects cause at the states.
 
     Args:
-        beside: displacements that are added to theirs.
+        first: displacements that are added to theirs.
     """
     n = len(state)
-    joint, body = (np.zeros((n, 6)), dict[int, Array]()) if beside is None else (beside.joint, dict(beside.body))
-    tool, instrument = (None, None) if beside is None else (beside.tool, beside.instrument)
+    joint, body = (np.zeros((n, 6)), dict[int, Array]()) if first is None else (first.joint, dict(first.body))
+    tool, instrument = (None, None) if first is None else (first.tool, first.instrument)
     for effect in effects:
         share = displacement_of(effect, state)
         if share.joint is not None:

@@ -46,7 +46,7 @@ from postproc.results.fit import (
 from postproc.results.sentences import MOST_RIVALS_NAMED, doubts, headline, title
 from postproc.results.wording import ANY_FUNCTION, p_text, percent, place
 
-LEFT_OUT = "in parts of the joint space left out, searched anew"
+IN_REGIONS = "in parts of the joint space left out, searched anew"
 TELLING_CHANCE = 0.05
 """Chance below which a candidate stands in the ranking on the terminal; the first FEWEST and no more than MOST do.
 
@@ -243,7 +243,7 @@ def _ladder(d: Diagnosis, values: Values, steps: Any) -> Section:
     rungs += [Bar(f"+ {m.key}", 1e3 * m.held_out_after, place(m.label)) for m in d.missing]
     names = [BASE_LABEL, *(rung.name for rung in rungs[1:][-1:])]
     if d.regions is not None:
-        note = f"{LEFT_OUT}; without it {1e3 * rms(d.regions.before):.3f}"
+        note = f"{IN_REGIONS}; without it {1e3 * rms(d.regions.before):.3f}"
         rungs.append(Bar("+ what was found, without a name", 1e3 * rms(d.regions.after), note))
     rungs.append(Bar(ANY_FUNCTION, 1e3 * d.bound))
     bars = Bars(rungs, floor, ANY_FUNCTION, kind.unit, names if len(names) > 1 else ())

@@ -85,20 +85,20 @@ def _promised(plan: MeasuringPlan, promise: Promise, pair: tuple[str, str]) -> s
         promise: of the plan; pair: keys of the two effects.
     """
     a, b = pair
-    said = (
+    promised = (
         f"With these {len(plan.state)} poses {_share(promise)} simulated tables would tell `{a}` and `{b}` apart, as "
         "`diagnose` does"
     )
     approach = "Approach every joint from the stated side and wait a second."
     if plan.resolved:
-        return f"The data so far tells `{a}` and `{b}` apart already. {said}. {approach}"
+        return f"The data so far tells `{a}` and `{b}` apart already. {promised}. {approach}"
     if promise.enough:
-        return f"{said}: enough. {approach}"
+        return f"{promised}: enough. {approach}"
     works = next((other for other in plan.alternatives if other.promise.enough), None)
     if works is not None:
-        return f"{said}: not enough. With {_poses(works)} {_share(works.promise)} would."
+        return f"{promised}: not enough. With {_poses(works)} {_share(works.promise)} would."
     failed = joined([_poses(other) for other in plan.alternatives], "or")
-    return f"{said}: not enough. Nor would {failed}: nothing that was simulated tells them apart."
+    return f"{promised}: not enough. Nor would {failed}: nothing that was simulated tells them apart."
 
 
 def _share(promise: Promise) -> str:

@@ -66,8 +66,8 @@ def run(
     cone = None if sight is None else math.radians(sight)
     room = Room(_box(region), q, cone, measured_range, axes, _masses(payloads), force)
     with watching(f"choosing {count} poses") as watch:
-        pair, own = _pair(between), arm_options.classes
-        plan = plan_poses(arm, measured, count, pair, own, noise=table.sigma, room=room, watch=watch)
+        pair, classes = _pair(between), arm_options.classes
+        plan = plan_poses(arm, measured, count, pair, classes, noise=table.sigma, room=room, watch=watch)
     document = plan_document(short_names(model, *data), plan)
     text, at = plan.as_csv(), plan.state
     if rapid is not None:

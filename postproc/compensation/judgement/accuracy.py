@@ -118,7 +118,7 @@ def expect_accuracy(model: Model, motion: Motion, source: Source) -> tuple[Accur
     findings = [
         Diagnostic("CMP010", "warning", text + b.text, source, help=help_) for b in beyond_range(model, at_goals)
     ]
-    findings += _left_out_far_away(model, at_goals, source)
+    findings += _local_effects(model, at_goals, source)
     parts = np.array(sigma_parts(model, at_goals, instrument=False))
     sigma = np.hypot(*parts)
     if np.isnan(sigma).any():
@@ -129,7 +129,7 @@ def expect_accuracy(model: Model, motion: Motion, source: Source) -> tuple[Accur
     return Accuracy(float(np.sqrt(np.mean(sigma**2))), within_95, (by_parameters, unexplained), undetermined), findings
 
 
-def _left_out_far_away(model: Model, at_goals: State, source: Source) -> Iterator[Diagnostic]:
+def _local_effects(model: Model, at_goals: State, source: Source) -> Iterator[Diagnostic]:
     """CMP010 where effects that hold near the measured rows alone are left out of the correction by half or more."""
     if model.surest is None or model.measured is None:
         return

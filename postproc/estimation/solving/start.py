@@ -71,16 +71,16 @@ def _with_reflectors(problem: Problem) -> Problem:
     unknown = set(names[rows].tolist()) - set(known)
     if data.state.reflector is None or len(unknown) < (1 if known else 2):
         return problem
-    found = reflector_points(_nominal_tool(problem)[rows], data.position[rows], names[rows], sessions_of(data)[rows])
+    fitted = reflector_points(_nominal_tool(problem)[rows], data.position[rows], names[rows], sessions_of(data)[rows])
     places = {}
     if known:
         points = model.in_role(Role.REFLECTOR_POINTS)
         assert points is not None
         places = dict(zip(known, [np.zeros(3), *points.vector().reshape(-1, 3)], strict=True))
-    beside = next((name for name in known if name in found), largest(names[rows]))
-    shift = places.get(beside, np.zeros(3)) - found[beside]
-    places = {name: point + shift for name, point in found.items()} | places
-    first = known[0] if known else beside
+    common = next((name for name in known if name in fitted), largest(names[rows]))
+    shift = places.get(common, np.zeros(3)) - fitted[common]
+    places = {name: point + shift for name, point in fitted.items()} | places
+    first = known[0] if known else common
     others = [name for name in places if name != first]
     new = effect_in_role(Role.REFLECTOR_POINTS).null(first=(first,), reflector=tuple(others))
     new = new.with_vector(np.concatenate([places[name] for name in others]))

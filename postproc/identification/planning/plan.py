@@ -29,7 +29,7 @@ from postproc.watch import Watch, unwatched
 
 CANDIDATES = 3000
 SEED = 20
-MORE = 4
+POSES_FACTOR = 4
 """Times as many poses that are simulated where those asked for do not tell two effects apart."""
 NEARLY_RATED = 0.8
 """Share of the rated payload from which heavier ones are no other loads."""
@@ -175,8 +175,8 @@ def _fit_without_pair(diagnosis: Diagnosis, pair: tuple[str, str]) -> Fit:
     """
     others = [m.key for m in diagnosis.missing if m.key not in pair]
     fit = refit_all(diagnosis.base, diagnosis.final, others)
-    there = [e.key for e in fit.model.effects if e.key in pair]
-    return without(fit, there) if there else fit
+    keys = [e.key for e in fit.model.effects if e.key in pair]
+    return without(fit, keys) if keys else fit
 
 
 def _alternatives(contest: Contest, pair: list[type[Effect]], n: int, room: Room) -> Iterator[Alternative]:
@@ -190,20 +190,23 @@ def _alternatives(contest: Contest, pair: list[type[Effect]], n: int, room: Room
     """
     fit = contest.fit
     rated = fit.model.robot.payload
-    others = [(MORE * n, room)]
+    others = [(POSES_FACTOR * n, room)]
     if rated is not None:
         seen = fit.data.state.payload_mass
         light = bool(not room.payloads and (seen is None or (np.ptp(seen) > 0 and seen.max() < NEARLY_RATED * rated)))
         loaded = replace(room, payloads=(0.0, 0.5 * rated, rated)) if light else room
         pulled = PULL * rated * GRAVITY
-        others += [(n, loaded)] * light + [(n, replace(room, force=pulled)), (MORE * n, replace(loaded, force=pulled))]
+        others += [(n, loaded)] * light + [
+            (n, replace(room, force=pulled)),
+            (POSES_FACTOR * n, replace(loaded, force=pulled)),
+        ]
     for count, where in others:
         pool = _pool(fit, where, n)
         count = min(count, len(pool.data))
         state, _ = _picked(fit, pool, separate(fit, pool, pair, count)[0])
-        found = Alternative(count, where.payloads, where.force, contest.promise(state, hopeful=True))
-        yield found
-        if found.promise.enough:
+        one = Alternative(count, where.payloads, where.force, contest.promise(state, hopeful=True))
+        yield one
+        if one.promise.enough:
             return
 
 

@@ -114,16 +114,16 @@ class Contest:
         g, keys = np.random.default_rng(SEED), tuple(self.classes)
         tables = TABLES if len(self.fit.data) <= MANY_ROWS else FEWER
         first = np.diff(np.round(self.odds * np.arange(tables + 1)))
-        told = 0
+        separated = 0
         for k in range(tables):
             key = keys[0] if first[k] else keys[1]
-            told += self.told_apart(simulated(self.truths[key], planned, g), key)
+            separated += self.told_apart(simulated(self.truths[key], planned, g), key)
             watch("simulated tables", (k + 1) / tables)
-            if told == 0 and k + 1 == FEWER:
+            if separated == 0 and k + 1 == FEWER:
                 return Promise(FEWER, 0)
-            if hopeful and told + tables - k - 1 < ENOUGH * tables:
-                return Promise(k + 1, told)
-        return Promise(tables, told)
+            if hopeful and separated + tables - k - 1 < ENOUGH * tables:
+                return Promise(k + 1, separated)
+        return Promise(tables, separated)
 
     def told_apart(self, table: Measurements, key: str) -> bool:
         """Return whether a search for the two effects on a table names one of them, and rules the other out.
@@ -137,11 +137,11 @@ class Contest:
         table = with_channels_of(self.classes.values(), self.fit.model, table)
         try:
             base = fit_model(self.fit.model, table, noise=self.fit.noise.stated, terms=terms)
-            found = backward(forward(SearchState(base, base, self.classes, CurveForms(())), most=0))
+            result = backward(forward(SearchState(base, base, self.classes, CurveForms(())), most=0))
         except PostprocError:  # a fit that does not settle tells nothing
             return False
-        named = next((m for m in found.missing if m.key == key), None)
-        return named is not None and other not in (*found.keys, *named.not_separable)
+        named = next((m for m in result.missing if m.key == key), None)
+        return named is not None and other not in (*result.keys, *named.not_separable)
 
 
 def simulated(truth: Fit, planned: State, g: np.random.Generator) -> Measurements:

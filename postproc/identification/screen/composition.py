@@ -170,7 +170,7 @@ def _columns(problem: Problem, form: Form, mask: NDArray[np.bool_], before: Arra
     Args:
         before: (N, k) columns of the terms before the form's own, if any.
     """
-    own = form.columns(problem)
-    joined = own if before is None else np.hstack([before, own])
+    new_columns = form.columns(problem)
+    joined = new_columns if before is None else np.hstack([before, new_columns])
     complete = joined.shape[1] == (mask & form.effect.amplitudes()).sum()
     return joined if complete else columns_of(problem, form.effect, mask)

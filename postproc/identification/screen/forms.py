@@ -109,10 +109,10 @@ class Forms:
     @classmethod
     def of(cls, every: Iterable[Form]) -> Forms:
         """Return forms stacked by width and joints, at most `NUMBERS_AT_ONCE` numbers in a stack."""
-        forms, stacks, alike = list(every), list[Stack](), dict[tuple[object, ...], list[int]]()
+        forms, stacks, groups = list(every), list[Stack](), dict[tuple[object, ...], list[int]]()
         for i, form in enumerate(forms):
-            alike.setdefault((form.width, form.joint), []).append(i)
-        for index in alike.values():
+            groups.setdefault((form.width, form.joint), []).append(i)
+        for index in groups.values():
             width = forms[index[0]].width
             for rows in blocks(len(index), max(1, int(NUMBERS_AT_ONCE / forms[index[0]].values.size))):
                 stacks.append(Stack.of([forms[i] for i in index[rows]], index[rows]))

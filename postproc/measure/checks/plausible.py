@@ -52,7 +52,7 @@ def _check_cells(data: Measurements, cells: Cells, measured: bool) -> list[Diagn
     """Return DAT005 for rows without angles or measurements."""
     findings = []
     commanded = usable_rows(data, measured=False)
-    unmeasured = commanded & ~usable_rows(data, measured) & ~data.beside
+    unmeasured = commanded & ~usable_rows(data, measured) & ~data.off_arm
     for lacking, what in ((~commanded, "no joint angles"), (unmeasured, "nothing measured")):
         if lacking.any():
             message = f"{_listed(lacking)} of {len(data)} {'has' if lacking.sum() == 1 else 'have'} {what}: not used"

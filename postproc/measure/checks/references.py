@@ -47,7 +47,7 @@ def with_references(data: Measurements, robot: Robot, named: Iterable[str]) -> t
         moving = rows[np.isfinite(state.q[rows]).all(axis=1)]
         if name in named or _stays(arm.rows(moving).flange(state.q[moving]), readings):
             still.add(name)
-            message, drifts = _rest(name, readings)
+            message, drifts = _verdict(name, readings)
             help_ = "rows before and after it belong to a `session` each; or `postproc diagnose` tries `frame_drift`"
             severity: Severity = "warning" if drifts else "info"
             findings.append(Diagnostic("DAT040", severity, message, data.source, help=help_ if drifts else ""))
@@ -73,7 +73,7 @@ def _stays(T_base_flange: Array, readings: Sequence[Array]) -> bool:
     return bool(np.median(np.linalg.norm(p + turns @ point, axis=1)) > least)
 
 
-def _rest(name: str, readings: Sequence[Array]) -> tuple[str, bool]:
+def _verdict(name: str, readings: Sequence[Array]) -> tuple[str, bool]:
     """Return a sentence on how far a reflector's readings lie apart, and whether they drift or step in their order.
 
     Readings that scatter by chance differ from the one before by twice their variance (von Neumann 1941, Ann. Math.
