@@ -40,7 +40,7 @@ class CurveScreen:
 
     Args:
         problem, linear: the fit; every: the curves to try.
-        moves: (n, r, m) derivative by the moves of each place, by its name; prepared: each place, when it is needed.
+        moves: (n, r, m) derivative by the moves of each place, by its name; prepared: places while curves are tried.
         tried: the best curves at each place, with numbers of the coarse grid.
         last: the suspects as they were last asked for; least: log evidence from which on these are refined.
     """
@@ -71,6 +71,7 @@ class CurveScreen:
             ranked = [s for one in self._best(least) for s in one.by_each_channel(excess_over_noise(self.linear))]
             self.last = [*ranked[:1], *_together(ranked[:1], self.every), *ranked[1:]]
             self.least = 0.0 if least < sure else least
+            self.prepared.clear()  # a search keeps many screens, and asks few of them again
         return self.last
 
     def _screened(self, where: str, anywhere: Array) -> Iterator[Suspect]:
