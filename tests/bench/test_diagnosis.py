@@ -8,7 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.bench.diagnosis import card, rules
+from postproc.channels.state import State
+from postproc.identification.planning.plan import MeasuringPlan
+from tests.bench.diagnosis import card, plans, rules
 from tests.bench.diagnosis.judge import base_fit, judge, run
 from tests.bench.diagnosis.real import held_out
 from tests.bench.diagnosis.sets import KINDS, Recipe, Truth, cell_set, drawn, seed_of
@@ -119,3 +121,38 @@ def test_rows_of_a_real_table_that_no_fit_reaches_are_told_apart() -> None:
     assert found["held"][0] > 5 * found["held_reached"][0] and found["held_median"] < 2e-4
     lines = [{"kind": "real", "set": f"real: arm #{k}", "before": 1e-4, "named": ["backlash"], **found} for k in (0, 1)]
     assert f"({2 * held.sum() - 2})" in card.real(lines) and "`backlash` 2" in card.real(lines)
+
+
+def test_promises_of_plans_are_counted_against_what_was_kept() -> None:
+    def circle(told_apart: int, kept: list[bool], sigmas: float, **more: object) -> dict[str, object]:
+        return {"tables": 20, "told_apart": told_apart, "kept": kept, "sigmas": sigmas, "plan_s": 9.0, **more}
+
+    advised = {"advice_tables": 20, "advice_told_apart": 18, "advice_kept": [True, True]}
+    text = plans.summary(
+        [circle(20, [True, True], 3.0), circle(8, [True, False], 50.0), circle(0, [False] * 2, 0.1, **advised)]
+    )
+    assert "| 0.9 to 1.0 | 1 | 1.00 | 1.00 |" in text and "| all | 3 | 0.467 | 0.500 |" in text
+    assert "calibration -0.033" in text and "advice: 1 circles, promised 0.900, kept 1.000" in text
+    assert "distance of 5 standard deviations: 1 circles, kept 0.5; below: 2, kept 1.0" in text
+
+
+def test_the_poses_of_a_plan_are_measured_on_the_cell_of_the_first_table() -> None:
+    first, count = plans.first_table(30)
+    assert set(first.states.mass) <= set(plans.LIGHT) and count in plans.PLANNED and first.key == "gravity_compensator"
+    n = 4
+    state = State(np.zeros((n, 6)), approach=np.ones((n, 6)), wrench=np.tile([0.0, 300.0, 0.0, 0.0, 0.0, 0.0], (n, 1)))
+    fit = base_fit(drawn("clean", 2, Recipe(poses=40), 7))
+    plan = MeasuringPlan(fit, state, np.tile(np.eye(4), (n, 1, 1)), None, 0.0, 0.0)
+    lines = first.planned(plan, np.random.default_rng(0)).data.decode().splitlines()
+    assert lines[0].endswith(",fx_N,fy_N,fz_N") and len(lines) == n + 1 and lines[1].endswith(",0,300,0")
+    still = replace(plan, state=state.with_(wrench=None))
+    places = [
+        np.loadtxt(
+            first.planned(p, np.random.default_rng(0)).data.decode().splitlines(),
+            delimiter=",",
+            skiprows=1,
+            usecols=(7, 8, 9),
+        )
+        for p in (plan, still)
+    ]
+    assert 0.05 < np.linalg.norm(places[0] - places[1], axis=1).mean() < 10.0  # springs yield to 300 N
