@@ -99,7 +99,7 @@ def test_figures_are_in_mrad_and_keys_say_so():
     document, diagnosis, comparison = (postproc.document(x) for x in (base, found, beside))
     assert 2e-4 < base.rms < 3e-3 and base.noise.sigma == pytest.approx(NOISE_RAD, rel=0.25)
     assert document["rms_mrad"] == pytest.approx(1e3 * base.rms, abs=1e-6) and document["observed"] == "joint"
-    assert [key for key in document if key.endswith("_mm")] in ([], ["unexplained_mm"])
+    assert [key for key in document if key.endswith("_mm")] == ["unexplained_mm", "beyond_mm"]
     assert {"rms_mrad", "noise_mrad", "bound_mrad"} <= diagnosis.keys() and "rms_mm" not in diagnosis
     assert set(comparison["per_joint_mrad"]) == set("123456")
     assert all(" mrad per joint" in text_of(x) for x in (base, found)) and "mrad" in text_of(beside)
