@@ -83,12 +83,17 @@ def applicable_model(model: Model, events: Sequence[MotionEvent], options: Optio
             effect = carried
         kept.append(effect)
     real = corrected_by_controller(model.with_effects(*kept), options.already)
-    if model.surest is not None:
-        keys = {effect.key for effect in kept}
-        sure = [e for e in model.surest.effects if e.key in keys]
-        tools = (_carry_tool(model, e, events)[0] if e.role is Role.TOOL_FRAME else e for e in sure)
-        real = replace(real, surest=model.surest.with_effects(*filter(None, tools)))
-    return real, findings
+    return replace(real, surest=_surest(model, kept, events)), findings
+
+
+def _surest(model: Model, kept: Sequence[Effect], events: Sequence[MotionEvent]) -> Model | None:
+    """Return the model for away from the measured rows, with those of its effects that are kept; None without any."""
+    if model.surest is None:
+        return None
+    keys = {effect.key for effect in kept}
+    sure = [e for e in model.surest.effects if e.key in keys]
+    tools = (_carry_tool(model, e, events)[0] if e.role is Role.TOOL_FRAME else e for e in sure)
+    return model.surest.with_effects(*filter(None, tools))
 
 
 def _without_load(model: Model, options: Options, source: Source) -> Iterator[Diagnostic]:

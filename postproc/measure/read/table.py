@@ -63,30 +63,10 @@ def read_measurements(
         cells = join(cells, read_cells(terms.joints, layout, diagnostics), layout.header, diagnostics)
     table = Table(cells, layout, diagnostics)
     turns = table.turns(names.ORIENTATION, layout.orientation)
-    measured_joints = table.vector(names.MEASURED_JOINTS, partial=True, absent=np.nan)
-    position = _positions(table)
-    if measured and turns is None and measured_joints is None and not set(names.POSITION) & table.place.keys():
+    if measured and turns is None and not {*names.POSITION, *names.MEASURED_JOINTS} & table.place.keys():
         message = "nothing was measured: there is no column `x_mm`, `y_mm`, `z_mm`, nor `qw`, nor `mq1_deg`"
         raise PostprocError.of("DAT002", message, source, help=missing_help(cells))
-    commanded = _commanded(table, robot, program, terms.station or Station())
-    tool_known = commanded.T_flange_tcp is not None
-    state = with_external_axes(_state(table, commanded), table, terms.station, commanded.extax)
-    state, sides_from = _followed(state, table, terms)
-    data = Measurements(
-        state=state,
-        position=position,
-        rotation=None if turns is None else turns.matrix,
-        joint=measured_joints,
-        sigma=_deviations(table),
-        pose_id=tuple(table.text("pose_id") or _labels(state.q)),
-        row=tuple(range(1, len(cells.rows) + 1)),
-        line=cells.lines,
-        tool_known=tool_known,
-        counted="time_s" not in table.place and terms.rows_in_order and "row" not in table.place,
-        sides_from=sides_from,
-        accepted=terms.accept,
-        sources=(source,),
-    )
+    data = _rows(table, robot, program, terms, None if turns is None else turns.matrix)
     data, still = with_references(data, robot, layout.references)
     diagnostics += still
     unit = table.place["x_mm"].unit if "x_mm" in table.place else "mm"
@@ -98,6 +78,34 @@ def read_measurements(
         raise PostprocError(findings)
     wrong = agreed.rows[agreed.wrong] if agreed.near and "DAT007" not in terms.accept else ()
     return replace(data, wrong=frozenset((0, data.row[i]) for i in wrong), diagnostics=tuple(findings))
+
+
+def _rows(
+    table: Table, robot: Robot, program: Source | Sequence[Source] | None, terms: Reading, rotation: Array | None
+) -> Measurements:
+    """Return the rows of a table, before anything in them is checked.
+
+    Args:
+        program, terms: as in `read_measurements`; rotation: (n, 3, 3) as measured, None where it was not.
+    """
+    commanded = _commanded(table, robot, program, terms.station or Station())
+    state = with_external_axes(_state(table, commanded), table, terms.station, commanded.extax)
+    state, sides_from = _followed(state, table, terms)
+    return Measurements(
+        state=state,
+        position=_positions(table),
+        rotation=rotation,
+        joint=table.vector(names.MEASURED_JOINTS, partial=True, absent=np.nan),
+        sigma=_deviations(table),
+        pose_id=tuple(table.text("pose_id") or _labels(state.q)),
+        row=tuple(range(1, len(table.cells.rows) + 1)),
+        line=table.cells.lines,
+        tool_known=commanded.T_flange_tcp is not None,
+        counted="time_s" not in table.place and terms.rows_in_order and "row" not in table.place,
+        sides_from=sides_from,
+        accepted=terms.accept,
+        sources=(table.cells.source,),
+    )
 
 
 def _without_lost(data: Measurements, agreed: Agreement, table: Table, robot: Robot) -> tuple[Measurements, Agreement]:
