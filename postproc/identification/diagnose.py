@@ -18,7 +18,7 @@ from postproc.identification.diagnosis import Diagnosis, Verdict, lacks_fit, too
 from postproc.identification.refits import refit_all, thinned, with_channels_of, without
 from postproc.identification.screen.candidate import Candidate
 from postproc.identification.screen.suspects import Suspect, by_channel
-from postproc.identification.search import search, with_curves_anew
+from postproc.identification.search import needed_beside_curves, search, with_curves_anew
 from postproc.identification.state import SearchState
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.columns import columns_of
@@ -74,7 +74,7 @@ def _diagnosed(
     begin = SearchState(start, start, classes, forms)
     first = begin.ranked
     watch("effects and curves one after another", 0.3)
-    searched = with_curves_anew(search(begin)).without_forms()
+    searched = needed_beside_curves(with_curves_anew(search(begin))).without_forms()
     del begin
     watch("all of it on all rows", 0.8)
     named = searched.with_curves(())
