@@ -27,6 +27,7 @@ class Parameter:
         shape: lengths; a word is the length (or the value) of the structural field of that name.
         low, high: bounds; typical: ordinary size, which also scales the fit.
         least: lowest value that an arm can have, where a fit may scatter below it: a spring that data does not see.
+        most: how far from null an arm can be, in ordinary sizes of such an arm: a diagnosis names nothing beyond.
         null: value at which the effect vanishes.
         amplitude: False for a parameter that only forms the effect (a knee, a point): its value says nothing
             while the amplitudes are null.
@@ -42,6 +43,7 @@ class Parameter:
     amplitude: bool = True
     labels: tuple[str, ...] = ()
     least: Number = -np.inf
+    most: float = np.inf
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +77,7 @@ class Layout:
     null: Array
     amplitude: NDArray[np.bool_]
     least: Array
+    most: Array
 
 
 def param(
@@ -88,10 +91,11 @@ def param(
     amplitude: bool = True,
     labels: tuple[str, ...] = (),
     least: Number = -np.inf,
+    most: float = np.inf,
 ) -> Any:
     """Declare a parameter of an effect (see `Parameter`); its default value is the null value."""
     lengths = shape if isinstance(shape, tuple) else (shape,)
-    meta = Parameter(unit, lengths, low, high, typical, null, amplitude, labels, least)
+    meta = Parameter(unit, lengths, low, high, typical, null, amplitude, labels, least, most)
     return dataclasses.field(default=None, metadata={META: meta})
 
 
@@ -135,4 +139,5 @@ def layout_of(effect: Any, shapes: tuple[tuple[int, ...], ...]) -> Layout:
         spread(p.null for p in declared),
         spread(float(p.amplitude) for p in declared) > 0.5,
         spread(p.least for p in declared),
+        spread(p.most for p in declared),
     )

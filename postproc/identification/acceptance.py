@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
+from postproc.effects.similarity import ordinary_sizes
 from postproc.estimation.evidence import DECADES, ROUNDING_SHARE
 from postproc.estimation.fitted import Fit
 from postproc.estimation.held_out import neighbouring_blocks
@@ -96,13 +97,14 @@ def refit(base: Fit, candidate: Candidate, closely: float = SETTLED) -> Fit | No
 def impossible(fit: Fit, key: str) -> NDArray[np.bool_]:
     """Return (q,) mask of an effect's parameters with values that no arm can have.
 
-    Those are values that `Effect.impossible` names, and amplitudes that stopped at a bound other than null. The mask is
-    empty where the model has no such effect.
+    Those are values that `Effect.impossible` names, those farther from null than `Parameter.most` says, and amplitudes
+    that stopped at a bound other than null. The mask is empty where the model has no such effect.
     """
     effect = fit.model.effect(key)
     if effect is None:
         return np.zeros(0, dtype=bool)
-    none = effect.impossible(fit.model.robot, {e.key: e for e in fit.model.effects})
+    far = np.abs(effect.vector() - effect.null_vector()) > effect.layout.most * ordinary_sizes(effect, fit.model.robot)
+    none = far | effect.impossible(fit.model.robot, {e.key: e for e in fit.model.effects})
     stopped = np.isin(np.arange(len(none)), [i for k, i in fit.at_bound if k == key])
     return np.asarray(none | (stopped & effect.amplitudes() & (effect.vector() != effect.null_vector())))
 

@@ -164,3 +164,21 @@ def _reduced(without: SearchState, one: Candidate, kept: Effect) -> tuple[Candid
 def with_curves_anew(state: SearchState, most: int = MOST_CURVES) -> SearchState:
     """Return the state with its curves searched anew, at most ``most``, each the strongest beside those before it."""
     return forward(state.with_curves(()), named=False, most=most)
+
+
+def needed_beside_curves(state: SearchState) -> SearchState:
+    """Return the state without names that its curves leave nothing to tell; where it has no curves, as it is.
+
+    An effect that was added early was judged on what the curves explain now. So each, the weakest first, is judged
+    again beside them: it goes where curves found anew in its place, one more than before, have the larger log evidence,
+    or where the same curves alone predict regions that the fit has not seen as well.
+    """
+    for one in sorted(state.missing, key=lambda m: m.evidence):
+        if not state.curves or one.key in state.keys_of_base:
+            continue
+        less = state.without(one.key)
+        better = predicts_better(state.fit, less.fit, 0.0 if within_noise(state.fit) else CLEARLY)
+        other = with_curves_anew(less, len(state.curves) + 1)
+        if not better or other.log_evidence > state.log_evidence:
+            state = other
+    return state

@@ -8,6 +8,7 @@ import numpy as np
 
 from postproc.diagnostics import joined
 from postproc.estimation.regions import Regions
+from postproc.estimation.residual_split import SLOW
 from postproc.estimation.solving.smooth import effective_parameters
 from postproc.identification.diagnosis import Diagnosis, suspect_size, too_few
 from postproc.identification.screen.candidate import Candidate
@@ -108,6 +109,7 @@ def _remaining(d: Diagnosis, s: Suspect) -> str:
     follows = f"The remaining structure sits at {at} and follows {channels} ({s.pattern}{extent})."
     if s.channel == "row":
         follows += " If the rows stand in the order of measuring, something moved or drifted there."
+    follows += _cause_to_record(d, s)
     advice = "`postproc add` adds it as a `curve`."
     if lacking := to_record(d):
         columns = joined([f"`{name}`" for name in lacking])
@@ -125,6 +127,18 @@ def _in_parts(regions: Regions) -> str:
     """Return a clause on the error in parts of the joint space that the search for a curve has not seen."""
     before, after = 1e3 * rms(regions.before), 1e3 * rms(regions.after)
     return f"in parts of the joint space left out it takes the error from {before:.3f} to {after:.3f}"
+
+
+def _cause_to_record(d: Diagnosis, s: Suspect) -> str:
+    """Say which columns would tell what goes on while time passes or one temperature changes; empty of other curves."""
+    if not {*SLOW, "row"}.issuperset(s.channels):
+        return ""
+    known = d.base.data.state.channels
+    columns = [] if "cycle" in known else ["`cycle` (how many restarts, tool changes and set-ups there were)"]
+    if d.base.data.state.temperature is not None and "temperature2_C" not in known:
+        at = ("" if s.where.startswith(("joint", "body")) else "the ") + s.where.partition(",")[0]
+        columns.append(f"`temperature2_C` (a second temperature, at {at})")
+    return f" A column may hold the cause, and is tried if it is there: {joined(columns)}." if columns else ""
 
 
 def _would_tell(d: Diagnosis) -> str:

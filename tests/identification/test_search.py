@@ -36,7 +36,7 @@ from postproc.identification.screen.candidate import Candidate, Screen
 from postproc.identification.screen.composition import compose
 from postproc.identification.screen.forms import columns_of, forms_of
 from postproc.identification.screen.gain import gain, gains
-from postproc.identification.search import accepted, backward, search
+from postproc.identification.search import accepted, backward, needed_beside_curves, search
 from postproc.identification.state import SearchState
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.table import read_measurements
@@ -110,6 +110,21 @@ def test_a_line_that_a_curve_leaves_nothing_to_tell_goes():
     begin = begin.with_curves(tuple(begin.ranked_curves())[:1])
     found = backward(begin)
     assert [m.label for m in found.missing] == ["joint 2, order 4"] and found.curves[0].curve.where == "joint 3"
+
+
+def test_beside_its_curves_a_search_keeps_only_names_that_tell_more():
+    """Joint 3 jumps at an angle, joints 2, 3, 5 have lost motion: a line of joint 3 stood in for the jump."""
+    jump, gap = (
+        lambda s: column(2, 2e-4 * (s.q[:, 2] > 0.1)),
+        lambda s: -np.array([0, 1e-4, 1e-4, 0, 2e-4, 0]) * s.approach,
+    )
+    base = base_fit(cell(joints(jump, gap), seed=640132, poses=120)[0])
+    begin = started(base, Backlash(), TransmissionError(joint=(3,), order=(1.0,)))
+    q3 = State(q=base.data.state.q * [0, 0, 1, 0, 0, 0], T_base_body=np.tile(np.eye(4), (len(base.data), 7, 1, 1)))
+    begin = replace(begin, forms=curve_forms(q3, base.problem.site, seen=False))
+    assert needed_beside_curves(begin) is begin
+    found = needed_beside_curves(begin.with_curves(tuple(begin.ranked_curves())[:1]))
+    assert found.keys == ("backlash",) and found.curves[0].curve.where == "joint 3"
 
 
 def test_a_name_takes_the_place_of_a_curve_that_was_taken_before_it():
@@ -301,6 +316,21 @@ def test_what_no_arm_can_be_is_held_and_the_rest_is_judged(cls):
     assert abs(after.model.effect(cls.key).wave_rad[0]) > 5e-5 and judged(base, after, one).evidence > 0
     alone = replace(one, free=np.array([False, True]))
     assert judged(base, refit(base, alone), alone).evidence == -np.inf
+
+
+@pytest.mark.parametrize(
+    ("key", "table", "robot", "none"),
+    [
+        ("thermal_growth", {"growth_per_K": 46e-6}, "irb4600_60_205", False),  # aluminium that warms twice as much
+        ("thermal_growth", {"growth_per_K": 145e-6}, "irb4600_60_205", True),
+        ("thermal_joint_drift", {"drift_rad_per_K": [0, -4e-4, 0, 0, 0, 0]}, "irb4600_60_205", True),
+        ("payload_error", {"mass_kg": -31.4}, "irb4600_60_205", False),  # of 60 kg that were stated
+        ("payload_error", {"mass_kg": -31.4}, "ur10", True),
+    ],
+)
+def test_a_size_that_no_arm_has_is_no_name(key, table, robot, none):
+    model = Model(load_robot(robot)).with_effects(effect_library()[key](**table))
+    assert impossible(SimpleNamespace(model=model, at_bound=()), key).any() == none
 
 
 def test_a_payload_that_was_stated_and_never_taken_up_is_nothing_impossible():

@@ -162,7 +162,27 @@ def _found(verdict: str, missing: Sequence[Candidate] = (), **fields: Any) -> An
 
 
 def _suspect(channel: str, where: str, pattern: str, share: float) -> Any:
-    return SimpleNamespace(channel=channel, where=where, pattern=pattern, share=share)
+    return SimpleNamespace(channel=channel, channels=(channel,), where=where, pattern=pattern, share=share)
+
+
+@pytest.mark.parametrize(
+    ("channel", "temperature", "known", "told"),
+    [
+        ("time", None, {}, "`cycle` (how many restarts, tool changes and set-ups there were)."),
+        ("temperature", 1, {"cycle": 1}, "`temperature2_C` (a second temperature, at the instrument)."),
+        ("row", 1, {"cycle": 1, "temperature2_C": 1}, ""),
+        ("q2", 1, {}, ""),
+    ],
+)
+def test_what_follows_time_or_one_temperature_has_its_column_to_record(channel, temperature, known, told):
+    found = _found("unknown", remaining=[_suspect(channel, "instrument, scale", "growing", 0.95)])
+    found.base.data.state = SimpleNamespace(channels=known, temperature=temperature, approach=1, payload_mass=1)
+    text = headline(found)
+    assert (
+        (f"A column may hold the cause, and is tried if it is there: {told}" in text)
+        if told
+        else "A column" not in text
+    )
 
 
 @pytest.mark.parametrize(

@@ -22,11 +22,12 @@ class ThermalJointDrift(
     """A joint's zero moves as its gearbox warms up.
 
     Equation: dq_j = k_j (T - T_ref); the offset at the reference temperature is `joint_offset`.
-    Source: warm-up tests of ISO 9283 (drift of pose accuracy). Typical size: 5 to 50 microradian per kelvin.
+    Source: warm-up tests of ISO 9283 (drift of pose accuracy). Typical size: 5 to 50 microradian per kelvin,
+    200 at most: 4 mrad while a gearbox warms by 20 K.
     """
 
     reference_C: float = structure(20.0, low=-100.0, high=200.0)
-    drift_rad_per_K: Array = param(unit="rad/K", shape=(6,), low=-1e-2, high=1e-2, typical=1e-5)
+    drift_rad_per_K: Array = param(unit="rad/K", shape=(6,), low=-1e-2, high=1e-2, typical=1e-5, most=20)
 
     def displacement(self, state: State) -> Array:
         """(n, 6) joint angles [rad]."""

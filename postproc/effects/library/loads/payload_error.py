@@ -27,11 +27,14 @@ class PayloadError(
     Equation: extra force m (g - acceleration) at the extra centre c, with m and m c [kg, kg m] in tool0; the share
     ``fraction`` of the stated payload at its stated centre; and the stated payload's centre, wherever that is said to
     be, off by ``centre_m``. Source: Newton.
-    Typical size: 1 to 10 kg, 1 to 3 kg m, 20 to 100 mm: 7 to 70 micrometres per load of that size on a 60 kg arm.
+    Typical size: 1 to 10 kg, 1 to 3 kg m, 20 to 100 mm: 7 to 70 micrometres per load of that size on a 60 kg arm;
+    120 kg and 60 kg m at most, twice what it may carry.
     """
 
-    mass_kg: float = param(unit="kg", low=-500.0, high=500.0, typical=3.0)
-    moment_kgm: Array = param(unit="kg m", shape=(3,), low=-200.0, high=200.0, typical=1.0, labels=("x", "y", "z"))
+    mass_kg: float = param(unit="kg", low=-500.0, high=500.0, typical=3.0, most=40)
+    moment_kgm: Array = param(
+        unit="kg m", shape=(3,), low=-200.0, high=200.0, typical=1.0, most=60, labels=("x", "y", "z")
+    )
     # A payload that was never taken up is -1, about which a fit scatters; below that nothing weighs.
     fraction: float = param(unit="1", low=-1.25, high=5.0, typical=0.1)
     centre_m: Array = param(unit="m", shape=(3,), low=-2.0, high=2.0, typical=0.05, labels=("x", "y", "z"))

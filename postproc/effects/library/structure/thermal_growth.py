@@ -27,14 +27,15 @@ class ThermalGrowth(
     reference. The extra is what one casting grows beyond the others, and its strain strain_b goes with it: a pedestal
     or a motor housing does not warm as the air does.
     Source: linear expansion; 11 to 12e-6 per kelvin for iron and steel, 23e-6 for aluminium.
-    Typical size: 25 micrometres per kelvin on an arm stretched to 2 m.
+    Typical size: 25 micrometres per kelvin on an arm stretched to 2 m; 60e-6 per kelvin at most, of aluminium that
+    warms two and a half times as much as what was recorded.
     """
 
     body: tuple[int, ...] = structure((0, 1, 2, 3, 4, 5, 6), low=0, high=6)
     reference_C: float = structure(20.0, low=-100.0, high=200.0)
-    growth_per_K: float = param(unit="1/K", low=-1e-3, high=1e-3, typical=1.2e-5)
+    growth_per_K: float = param(unit="1/K", low=-1e-3, high=1e-3, typical=1.2e-5, most=5)
     strain: float = param(unit="1", low=-0.01, high=0.01, typical=5e-5)
-    extra_per_K: Array = param(unit="1/K", shape=("body",), low=-1e-3, high=1e-3, typical=3e-6)
+    extra_per_K: Array = param(unit="1/K", shape=("body",), low=-1e-3, high=1e-3, typical=3e-6, most=20)
     extra_strain: Array = param(unit="1", shape=("body",), low=-0.01, high=0.01, typical=1e-5)
 
     def displacement(self, state: State) -> Displacement | None:
