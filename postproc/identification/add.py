@@ -155,9 +155,14 @@ def _added(
         # A start that some of the rows have settled needs no step below a third of a standard deviation.
         return current if start is base else refit_all(base, current, keys, closely=0.1 / len(base.problem.residual))
 
+    curves = 0
     for k, cls in enumerate(classes):
         watch(f"`{cls.key}`", (1 + 2 * k) / total)
-        current = grown(current, cls)
+        if cls.role is Role.CURVE:
+            with_curves = with_curve(current)
+            current, curves = with_curves.fit, len(with_curves.curves)
+        else:
+            current = grown(current, cls)
         if cls is not classes[-1]:
             rung = settled(on_all_rows(current, [c.key for c in classes[: k + 1]]))
             steps.append(Step(f"+ {cls.key}", FitFigures.of(rung), rung.model))
@@ -167,9 +172,8 @@ def _added(
     final = on_all_rows(current, [cls.key for cls in classes])
     no_farther_than_nominal(final)
     watch("regions left out", (len(classes) + 1.5) / total)
-    curves = [cls.key for cls in classes if cls.role is Role.CURVE]
-    before = without_effects(final, curves) if curves else base
-    after = with_regions(settled(final), before, searched=bool(curves))
+    unnamed = [cls.key for cls in classes if cls.role is Role.CURVE]
+    after = with_regions(settled(final), without_effects(final, unnamed) if curves else base, searched=curves)
     steps.append(Step(f"+ {classes[-1].key}", after, after.model))
     level = final.parts.level
     floor = bound if level is None else level
@@ -224,7 +228,7 @@ def grown(fit: Fit, cls: type[Effect]) -> Fit:
         PostprocError: DAT021 a channel that is not in the data, DAT022 a fit that does not converge.
     """
     if cls.role is Role.CURVE:
-        return with_curve(fit)
+        return with_curve(fit).fit
     missing = cls.null().missing(fit.problem.sensitivity.state)
     if missing:
         columns = ", ".join(map(columns_of, missing))
@@ -241,8 +245,8 @@ def grown(fit: Fit, cls: type[Effect]) -> Fit:
     return best[1]
 
 
-def with_curve(fit: Fit) -> Fit:
-    """Return a fit with the curves of channels that remaining structure follows, everything fitted again.
+def with_curve(fit: Fit) -> SearchState:
+    """Return a search on a fit with the curves of channels that remaining structure follows, everything fitted again.
 
     Raises:
         PostprocError: DAT028, nothing that remains follows a channel.
@@ -252,7 +256,7 @@ def with_curve(fit: Fit) -> Fit:
     if not searched.curves and fit.model.in_role(Role.CURVE) is None:
         message = "no curve is added: nothing that remains follows a channel"
         raise PostprocError.of("DAT028", message, fit.data.source, help="see what `diagnose` says", exit_code=1)
-    return searched.fit
+    return searched
 
 
 def _formed_together(final: Fit, added: Sequence[type[Effect]]) -> Fit:

@@ -94,7 +94,7 @@ def _diagnosed(
         verdict=verdict,
         base=base,
         final=final,
-        model=with_regions(searched.fit, named.fit, searched=True) if curves else final,
+        model=with_regions(searched.fit, named.fit, searched=len(curves)) if curves else final,
         screened=start,
         searched=named.fit,
         missing=missing,

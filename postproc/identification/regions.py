@@ -28,7 +28,7 @@ NUMBERS_SEARCHED = 900
 """Measured numbers that are searched anew at most: the search is repeated for every region."""
 
 
-def with_regions(fit: Fit, before: Fit, searched: bool = False) -> Fit:
+def with_regions(fit: Fit, before: Fit, searched: int = 0) -> Fit:
     """Return a fit with what it is worth in regions that neither its parameters nor its choice of curves came from.
 
     What predicts them worse than the fit before holds near the measured rows alone. The fit is returned as it is where
@@ -36,7 +36,7 @@ def with_regions(fit: Fit, before: Fit, searched: bool = False) -> Fit:
 
     Args:
         before: the fit without what was added.
-        searched: whether its curves were searched on these rows, so that they are searched anew without each region.
+        searched: how many of its curves were searched on these rows: as many are searched anew without each region.
     """
     lacking = lacking_field(before)
     if lacking is None:
@@ -50,7 +50,7 @@ def with_regions(fit: Fit, before: Fit, searched: bool = False) -> Fit:
     else:
         masks = parts_of_range(lacking[0], state, ANEW if searched else FIXED)
     for mask in masks:
-        after = (before, _chosen_anew(before, mask, ordered)) if searched else (fit, fit.linear)
+        after = (before, _chosen_anew(before, mask, ordered, searched)) if searched else (fit, fit.linear)
         regions.append(HeldOutRegion.of(before, after, mask, fit.variance))
     result = judged_by_regions(fit, lacking, regions)
     if searched and not result.helps:
@@ -58,12 +58,13 @@ def with_regions(fit: Fit, before: Fit, searched: bool = False) -> Fit:
     return replace(fit, regions=result)
 
 
-def _chosen_anew(before: Fit, region: NDArray[np.bool_], ordered: bool) -> Linear:
+def _chosen_anew(before: Fit, region: NDArray[np.bool_], ordered: bool, most: int) -> Linear:
     """Return a fit to all rows, beside whose parameters stand curves that were searched without some of the rows.
 
     Args:
         before: the fit without curves; region: (n,) mask of the rows that the search does not see.
         ordered: whether something follows the order of the rows, so that none may be left out between others.
+        most: how many curves are searched.
     """
     kept = ~region
     if not ordered:
@@ -72,7 +73,7 @@ def _chosen_anew(before: Fit, region: NDArray[np.bool_], ordered: bool) -> Linea
     terms = Terms(before.free, before.strength, closely=ROUGHLY)
     fit = fit_model(before.model, before.data.rows(kept), noise=before.noise.stated, terms=terms)
     forms = curve_forms(fit.problem.sensitivity.state, fit.problem.site)
-    curve = with_curves_anew(SearchState(fit, fit, {}, forms)).fit.model.in_role(Role.CURVE)
+    curve = with_curves_anew(SearchState(fit, fit, {}, forms), most).fit.model.in_role(Role.CURVE)
     if curve is None:
         return before.linear
     problem = before.problem

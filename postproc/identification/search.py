@@ -61,6 +61,8 @@ def forward(state: SearchState, named: bool = True, most: int = MOST_CURVES) -> 
     """
     refused: set[str] = set()
     for _ in range(MOST_EFFECTS):
+        if not named and len(state.curves) == most:
+            break
         best = next(state.candidates(refused, named, most > 0), None)
         if best is None or (best.curve is not None and len(state.curves) == most):
             break

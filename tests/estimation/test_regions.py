@@ -147,8 +147,10 @@ def test_a_curve_is_searched_anew_without_each_part(monkeypatch):
     assert fit.regions is not None and fit.unseen_rms == rms(fit.regions.after) < 0.5 * rms(fit.regions.before)
     assert 0.8 * NOISE < fit.unseen_rms < 1.5 * NOISE
     seen = []
-    monkeypatch.setattr("postproc.identification.regions.with_curves_anew", lambda state: seen.append(state) or state)
-    blind = with_regions(fit, base, searched=True).regions
+    monkeypatch.setattr(
+        "postproc.identification.regions.with_curves_anew", lambda state, most: seen.append(state) or state
+    )
+    blind = with_regions(fit, base, searched=1).regions
     assert blind is not None and len(seen) == 4 and {len(s.fit.data) for s in seen} < set(range(len(data)))
     # A search that finds nothing leaves the model before, and the curve holds near the rows alone.
     assert not blind.helps and rms(blind.after) == rms(blind.before) and blind.surest is not None
@@ -161,6 +163,6 @@ def test_an_effect_of_fixed_form_is_not_searched_anew(monkeypatch):
     data, _ = cell(kinds.backlash, seed=211, poses=120)
     base = base_fit(data)
     fit = fit_model(base.model, data, [effect_library()["backlash"].null()])
-    monkeypatch.setattr("postproc.identification.regions.with_curves_anew", lambda state: pytest.fail("searched"))
+    monkeypatch.setattr("postproc.identification.regions.with_curves_anew", lambda state, most: pytest.fail("searched"))
     regions = with_regions(fit, base).regions
     assert regions is not None and regions.helps and rms(regions.after) < 1.3 * NOISE
