@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import permutations
-
 import numpy as np
 import pytest
 
@@ -51,9 +49,8 @@ def test_diagnose_and_plan_tell_apart_by_one_criterion():
     (missing,) = diagnose(base.model, data).missing
     rival = missing.not_separable[0]
     assert not effect_library()[rival].null().missing(base.problem.sensitivity.state)
-    for pair in permutations((missing.key, rival)):
-        plan = plan_poses(base.model, data, 5, pair)
-        assert not plan.resolved and "apart already" not in plan_sentence(plan)
+    plan = plan_poses(base.model, data, 5, (rival, missing.key))
+    assert not plan.resolved and "apart already" not in plan_sentence(plan)
 
 
 def test_what_linear_springs_cannot_tell_is_not_promised_and_nothing_is_advised_for_it():
