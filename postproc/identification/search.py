@@ -171,12 +171,14 @@ def with_curves_anew(state: SearchState, most: int = MOST_CURVES) -> SearchState
 def needed_beside_curves(state: SearchState) -> SearchState:
     """Return the state without names that its curves leave nothing to tell; where it has no curves, as it is.
 
-    An effect that was added early was judged on what the curves explain now. So each, the weakest first, is judged
-    again beside them: it goes where curves found anew in its place, one more than before, have the larger log evidence,
-    or where the same curves alone predict regions that the fit has not seen as well.
+    An effect that was added early was judged on what the curves explain now. So each that is worth less than the
+    strongest of them, the weakest first, is judged again beside them: it goes where curves found anew in its place, one
+    more than before, have the larger log evidence, or where the same curves alone predict regions that the fit has not
+    seen as well.
     """
     for one in sorted(state.missing, key=lambda m: m.evidence):
-        if not state.curves or one.key in state.keys_of_base:
+        strongest = max((c.evidence for c in state.curves), default=-np.inf)
+        if one.evidence > strongest or one.key in state.keys_of_base:
             continue
         less = state.without(one.key)
         better = predicts_better(state.fit, less.fit, 0.0 if within_noise(state.fit) else CLEARLY)

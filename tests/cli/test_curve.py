@@ -32,9 +32,20 @@ def test_a_law_without_a_name_is_diagnosed_added_and_compensated(call: Call, sam
     assert call("fit", data, "--robot", "irb4600_60_205", "--effects", effects, "-o", base).code == 0
     diagnosed = call("diagnose", base, data, "--json")
     assert json.loads(diagnosed.out)["verdict"] == "unknown"
-    assert f"postproc add {base} curve --data {data}" in diagnosed.err or "curve" in call("diagnose", base, data).out
-    added = call("add", base, "curve", "--data", data, "-o", better)
-    assert added.code == 0, added.err
+    told = call("diagnose", base, data)
+    assert f"next: `postproc add {base} curve --data {data} -o BETTER.toml`" in told.err
+    added = call("add", base, "curve", "--data", data, "-o", better, "--json")
+    assert added.code == 0 and not any(
+        x.startswith(("error", "warning", "info", "next")) for x in added.err.splitlines()
+    )
+    figures = json.loads(added.out)
+    assert figures["rms_mm"] < 1.2 * figures["noise_mm"] < 0.6 * figures["before"]["rms_mm"]
+    parts = figures["regions"]["left_out"]
+    assert (
+        parts["after_mm"] == figures["held_out_rms_mm"] < 0.3 * parts["before_mm"] and not figures["regions"]["local"]
+    )
+    law = call("effects", "show", "curve", "--model", better).out
+    assert "mrad [q" in law and "In symbols: delta q" in told.out and law.split("mrad [")[1].split("]")[0] in told.out
     curve = tomllib.loads(better.read_text())["effects"]["curve"]
     assert curve["basis"][0] == "step" and curve["place"][0].startswith("joint")
     errors = []
