@@ -22,8 +22,6 @@ from postproc.model.ordered import with_ordered_channels
 
 FIXED, ANEW = 12, 4
 """Regions that are left out at most: of a fit whose form is fixed, and where curves are searched anew each time."""
-
-
 NUMBERS_SEARCHED = 900
 """Measured numbers that are searched anew at most: the search is repeated for every region."""
 
@@ -32,7 +30,7 @@ def with_regions(fit: Fit, before: Fit, searched: int = 0) -> Fit:
     """Return a fit with what it is worth in regions that neither its parameters nor its choice of curves came from.
 
     What predicts them worse than the fit before holds near the measured rows alone. The fit is returned as it is where
-    there are no positions to tell.
+    there are too few rows (`lacking_field`). Laws that follow the rows' order are judged by quarters of the table.
 
     Args:
         before: the fit without what was added.

@@ -299,13 +299,21 @@ def parse_model(source: Source, library: Mapping[str, type[Effect]] | None = Non
         _check_signs(model, source)
     if not file.fit.local:
         return model
-    vectors = {e.key: np.array(file.fit.surest.get(e.key, e.vector())) for e in effects}
-    odd = next((e.key for e in effects if len(vectors[e.key]) != len(e.vector())), None)
-    if odd is not None:
-        text, span = f"`{odd}` has other parameters", span_of(source, ("fit", "surest", odd))
-        raise PostprocError([Diagnostic("MOD002", "error", text, source, span, AGAIN["help"])])
-    sure = (e.with_vector(vectors[e.key]) for e in effects if e.key not in file.fit.local)
-    return replace(model, surest=model.with_effects(*sure))
+    return replace(model, surest=_surest(file.fit, model, source))
+
+
+def _surest(fit: _Fit, model: Model, source: Source) -> Model:
+    """Return the model without the effects that hold near the measured rows alone; raises MOD002 for odd entries."""
+    size = {e.key: len(e.vector()) for e in model.effects}
+    odd = [("local", key, "there is no such effect") for key in fit.local if key not in size]
+    odd += [("surest", key, "has other parameters") for key, x in fit.surest.items() if len(x) != size.get(key)]
+    odd += [] if fit.measured else [("local", "measured", "is not there, and says where these effects hold")]
+    if odd:
+        table, key, text = odd[0]
+        span = span_of(source, ("fit", table, key) if table == "surest" else ("fit", table))
+        raise PostprocError([Diagnostic("MOD002", "error", f"`{key}`: {text}", source, span, AGAIN["help"])])
+    every = (e.with_vector(np.array(fit.surest.get(e.key, e.vector()))) for e in model.effects)
+    return model.with_effects(*(e for e in every if e.key not in fit.local))
 
 
 def _check_signs(model: Model, source: Source) -> None:

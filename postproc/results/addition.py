@@ -9,7 +9,6 @@ import numpy as np
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import evaluate
 from postproc.estimation.posterior import anywhere
-from postproc.estimation.regions import Regions
 from postproc.identification.add import LEAST_FALL, Addition, FitFigures
 from postproc.measure.errors import rms
 from postproc.model.uncertainty import predict_sigma
@@ -74,7 +73,7 @@ def addition_document(name: str, addition: Addition) -> Document:
         ],
         sections=[
             Section(f"The error step by step, {each} on {rows}", [Columns([bars, distances], [View("laws")])], FALL),
-            *([] if fit.regions is None else [Section("Where it holds", [_where(addition, fit.regions)], HOLDS)]),
+            *([] if (where := _where(addition)) is None else [Section("Where it holds", [where], HOLDS)]),
             *workspace_section(kind.name, "Where it is off, at this step", program=True),
             Section(f"What each effect is worth, {each} on {rows}", [worth], EACH_NOTE),
             *channel_sections(fit, "What the rest follows", folded=True),
@@ -143,9 +142,12 @@ def _falls(addition: Addition) -> tuple[float, float]:
 
 
 def _region_values(addition: Addition) -> dict[str, Any] | None:
-    """Return errors [mm] before and after near the measured rows and in regions left out, and the expected ones."""
+    """Return errors [mm] before and after near the measured rows and in regions left out, and the expected ones.
+
+    None without measured positions, or where nothing is known of regions.
+    """
     fit, regions = addition.fit, addition.fit.regions
-    if regions is None:
+    if regions is None or fit.observed.name != "position":
         return None
     robot, state, model = fit.model.robot, fit.data.state, addition.model
     somewhere = anywhere(state, *np.clip([robot.lower, robot.upper], -np.pi, np.pi))
@@ -163,9 +165,11 @@ def _region_values(addition: Addition) -> dict[str, Any] | None:
     }
 
 
-def _where(addition: Addition, regions: Regions) -> DataTable:
+def _where(addition: Addition) -> DataTable | None:
     """Return a table of the errors before and after, and of those to expect, near the measured rows and elsewhere."""
-    values = _region_values(addition) or {}
+    values = _region_values(addition)
+    if values is None:
+        return None
     words = {"near": "near the measured rows", "left_out": "in parts left out", "anywhere": "at any joint angles"}
     rows = [[text, *values[key].values()] for key, text in words.items()]
     return DataTable("where", ("where", "before mm", "after mm", "expected mm"), rows)

@@ -93,6 +93,13 @@ def test_what_encoders_show_is_named_also_by_three_of_them(kind, seed, joints):
         assert [m.key for m in found.missing] == ([] if kind == "nothing" else [kind])
 
 
+def test_errors_of_joints_stand_in_no_table_of_millimetres():
+    base = fitted("servo_lag")
+    added = add_effects(base.model, base.data, ["servo_lag"])
+    assert added.fit.regions is not None and added.fit.regions.helps
+    assert postproc.document(added)["regions"] is None and "Where it holds" not in text_of(added)
+
+
 def test_figures_are_in_mrad_and_keys_say_so():
     base, found = fitted("servo_lag"), diagnosed("servo_lag")
     beside = compare(base.model, base.data)

@@ -134,7 +134,8 @@ def test_a_model_that_holds_near_rows_alone_comes_back_from_its_file(tmp_path):
 @pytest.mark.parametrize(
     ("table", "said"),
     [
-        ({"surest": {"joint_offset": [1.0]}}, "`joint_offset` has other parameters"),
+        ({"surest": {"joint_offset": [1.0]}}, "`joint_offset`: has other parameters"),
+        ({"local": ["jiont_offset"]}, "`jiont_offset`: there is no such effect"),
         ({"measured": {**FIELD.table(), "rows": "AAAA"}}, "not that of rows with these lengths"),
         ({"measured": {**FIELD.table(), "lengths": {"q9": 1.0}}}, "q9"),
     ],

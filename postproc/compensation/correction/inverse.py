@@ -25,7 +25,7 @@ SAME_ARM = 1e-6  # axes 1 to 3 that differ by less [rad] are one shoulder and el
 INVERSE_DAMPING = 1e-3  # of the Jacobian's singular values [m or rad per rad]
 INVERSE_TOLERANCE_M = 1e-9  # largest residual
 PATIENCE = 6  # sweeps of Newton steps before the closed form takes over for the poses that are left
-BETWEEN_STEPS = 2  # Newton steps from between two models: the first leaves a micrometre of a millimetre
+BETWEEN_STEPS = 2  # Newton steps from between two models; one leaves about 1e-6 m
 PROVED_M = 1e-7  # what a deflection may still move in the proof: a hundredth of the usual tolerance
 
 
