@@ -132,19 +132,31 @@ def test_an_arm_without_weight_or_springs_is_refused() -> None:
 def test_an_estimated_stiffness_says_what_it_means() -> None:
     estimate = convert(TWO, default_model("irb4600_40_255"), force=NO_FORCE)
     low, high = estimate.report["expected_remaining_fraction"]
-    assert 0.0 < low < 0.5 < high
-    before = estimate.report["max_error_before_mm"]
+    least, most = estimate.report["expected_remaining_fraction_after_gauge"]
+    assert 0.0 < least < low < 0.5 < most < high
     sentence = (
-        f"the stiffness of this arm is estimated: {100 * low:.0f} to {100 * high:.0f} % of its deflection,"
-        f" {before * low:.2f} to {before * high:.2f} mm, is expected to remain"
+        f"this arm is not measured: with the stiffness of its type {100 * low:.0f} to {100 * high:.0f} % of its deflection"
+        f" remain, about {100 * least:.0f} to {100 * most:.0f} % after 12 readings with a dial gauge"
     )
-    assert f"! {sentence}" in written(estimate)
+    assert f"! {sentence} (`postproc plan irb4600_40_255 -n 12 --kind gauge --load KG`)" in written(estimate)
     certificate = render_certificate(program_certificate("p.mod", estimate))
-    assert sentence in render_page(conversion_document("p.mod", estimate))
+    assert f"T{sentence[1:]}" in render_page(conversion_document("p.mod", estimate))
     assert sentence in certificate and Verdict.NOT_SHOWN.value in certificate
-    known = convert(TWO, force=NO_FORCE)
-    assert known.report["expected_remaining_fraction"] is None
-    assert "estimated" not in text_of(known) + written(known)
+
+
+def test_a_stiffness_that_others_published_scatters_less_and_a_stated_one_not_at_all() -> None:
+    published = convert(TWO, force=NO_FORCE)
+    low, high = published.report["expected_remaining_fraction"]
+    assert 0.0 < low < high < 0.5
+    assert "estimated" not in text_of(published) + written(published)
+    for known in (
+        replace(arm(), stiffness_source="user"),
+        arm().with_effects(JointCompliance(compliance_rad_per_Nm=[1e-6] * 6)),
+    ):
+        conversion = convert(TWO, known, force=NO_FORCE)
+        assert conversion.report["expected_remaining_fraction"] is None is conversion.report["expected_on_arm_mm"]
+        assert "! expected on the arm along lines and arcs: not known" in written(conversion)
+        assert text_of(conversion).startswith("Expected on the arm along lines and arcs: not known; ")
 
 
 def test_a_gantry_turns_the_correction_round() -> None:
