@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from postproc.arrays import GRAVITY, Array
+from postproc.arrays import Array
 from postproc.channels.state import State
 from postproc.effects.roles import Role
 from postproc.model.arm import Model
@@ -18,8 +18,6 @@ from postproc.robot.kinematics import jacobian
 DRAWS = 4096
 QUANTILES = (0.025, 0.975)
 NORMAL_95 = 1.959964  # standard deviations of a normal distribution that hold 95 %
-READINGS, READING_SIGMA = 12, 1e-5
-"""Of a dial gauge that a shop can take in an hour, and the standard deviation [m] of one of them."""
 STIFFNESS_FACTOR = np.array([4, 3, 2.5, 2.5, 3.5, 2.5])
 """Factors that hold 95 % of arms about the rule of the library, where an arm's file states none (docs/robot.md)."""
 PUBLISHED_FACTOR, UNKNOWN_FACTOR = 1.5, 10.0
@@ -35,20 +33,6 @@ def stiffness_factors(robot: Robot) -> Array:
     return np.full(6, PUBLISHED_FACTOR) if robot.stiffness_source == "measured" else STIFFNESS_FACTOR
 
 
-def has_type_stiffness(model: Model) -> bool:
-    """Return whether the stiffness is that of the arm's type: estimated, or the numbers of its file.
-
-    Compliances in the controller's configuration are the arm's own; what a user states is taken as known, and what a
-    fit has told has its own covariance.
-    """
-    spring, usual = model.in_role(Role.JOINT_SPRINGS), model.robot.joint_compliance
-    if spring is None or model.stiffness_source in ("controller", "user"):
-        return False
-    if any(name.startswith(f"{spring.key}.") for name in model.fit.get("parameters", ())):
-        return False
-    return model.stiffness_source == "estimated" or (usual is not None and np.array_equal(spring.vector(), usual))
-
-
 @dataclass(frozen=True, slots=True)
 class Scatter:
     """What a correction with the stiffness of the type leaves on an arm of the type: intervals that hold 95 % of arms.
@@ -61,19 +45,6 @@ class Scatter:
     remaining: tuple[float, float]
     of_estimate: tuple[float, float]
     after_gauge: tuple[float, float] | None = None
-
-
-def type_scatter(model: Model, state: State) -> Scatter | None:
-    """Return what a correction leaves, for the loads of a program's states; None where the arm's stiffness is known.
-
-    Args:
-        state: n states with all loads, where the correction is made.
-    """
-    if not has_type_stiffness(model):
-        return None
-    known = _known_after_gauge(model, state)
-    after = None if known is None else scatter_of(model, state, known).remaining
-    return replace(scatter_of(model, state), after_gauge=after)
 
 
 def remaining_fraction(model: Model, state: State) -> tuple[float, float]:
@@ -116,30 +87,6 @@ def scatter_of(model: Model, state: State, known: Array | None = None) -> Scatte
     shares = np.sqrt(np.maximum(remaining, 0.0) / [full, np.full(DRAWS, gram.sum())])
     (low, high), (least, most) = np.quantile(shares, QUANTILES, axis=1).T.tolist()
     return Scatter((low, high), (least, most))
-
-
-def _known_after_gauge(model: Model, state: State) -> Array | None:
-    """Return the covariance (6, 6) that readings of a dial gauge under a weight leave of the compliances' logarithms.
-
-    At m states spread over the program a gauge along gravity is read with a weight of the rated payload F [N] at the
-    TCP and without it. For a unit vector u along gravity the difference of both is h f, h_j = F (u J_j)^2 c_j, with the
-    relative compliances f of `scatter_of` and an error of sqrt(2) s, s the deviation of one reading. To first
-    order about f = 1 the logarithms of f then have the covariance (diag(1 / p^2) + sum h h^T / 2 s^2)^-1, p their
-    spread before. Masses stay as uncertain as they are. None where the rated payload is not known.
-
-    Args:
-        state: n states with all loads, where the correction is made.
-    """
-    spring, robot = model.in_role(Role.JOINT_SPRINGS), model.robot
-    if spring is None or robot.payload is None:
-        return None
-    some = state.rows(np.linspace(0, len(state) - 1, READINGS // 2).round().astype(int))
-    columns = jacobian(robot, some.q, some.T_flange_tcp)[:, :3]
-    along = np.einsum("i,nij->nj", model.gravity, columns)  # times 9.81
-    shown = robot.payload / GRAVITY * along**2 * spring.vector()
-    spread = np.maximum(np.log(stiffness_factors(robot)) / NORMAL_95, 1e-9)
-    told = np.diag(spread**-2.0) + shown.T @ shown / (2 * READING_SIGMA**2)
-    return np.asarray(np.linalg.inv(told))
 
 
 def _shares(model: Model, state: State) -> Array:

@@ -9,8 +9,9 @@ import pytest
 from scipy.optimize import least_squares
 
 from postproc.channels.state import State
+from postproc.compensation.judgement.type_scatter import type_scatter
 from postproc.model.file import default_model
-from postproc.model.scatter import remaining_fraction, scatter_of, type_scatter
+from postproc.model.scatter import remaining_fraction, scatter_of
 from tests.independent import arm as A
 
 TCP = A.shift(0.0, 0.0, 0.35)
@@ -68,17 +69,18 @@ def test_one_spring_alone_has_a_closed_form():
 
 @pytest.mark.parametrize("force", [(0.0, 0.0, 0.0), (0.0, 0.0, -300.0)])
 def test_readings_of_a_gauge_leave_what_is_said(force: tuple[float, float, float]) -> None:
-    """200 arms, each read twelve times under its rated payload, fitted in plain numpy, and corrected by that fit."""
+    """200 arms, each read twelve times with a weight or a pull, fitted in plain numpy, and corrected by that fit."""
     arm, state, g = A.ARMS[NAME](), states(3, 40), np.random.default_rng(12)
     state = state.with_(wrench=np.tile([*force, 0.0, 0.0, 0.0], (40, 1)))
     load = replace(LOAD, force=np.array(force))
     found = type_scatter(MODEL, state)
     assert found is not None and found.after_gauge is not None
     prior, spread = np.log([4, 3, 2.5, 2.5, 3.5, 2.5]) / 1.96, np.array([1.0, 1.5, 1.7, 1.6, 1.8, 2.3, 4.0])
-    usual, weight = MODEL.robot.joint_compliance, 9.81 * MODEL.robot.payload
+    usual, axis = MODEL.robot.joint_compliance, np.arange(6) % 3
+    pulls = np.array([100.0, 100.0, 9.81 * MODEL.robot.payload])[axis]
     f = arm.forward(state.q[np.linspace(0, 39, 6).round().astype(int)], TCP)
-    rises = np.array([np.cross(f.axis[j], f.tcp[:, :3, 3] - f.pivot[j])[:, 2] for j in range(6)]).T
-    h = weight * rises**2 * usual
+    moves = np.array([np.cross(f.axis[j], f.tcp[:, :3, 3] - f.pivot[j]) for j in range(6)])
+    h = pulls[:, None] * moves[:, np.arange(6), axis].T ** 2 * usual
     shares = []
     for _ in range(200):
         real = np.exp(prior * g.normal(size=6))

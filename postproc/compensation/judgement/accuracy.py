@@ -12,11 +12,12 @@ import numpy as np
 from postproc.channels.state import State
 from postproc.compensation.correction.curve import Exact
 from postproc.compensation.correction.deviation import away_from_curves
+from postproc.compensation.judgement.type_scatter import PULL_N, READINGS, type_scatter
 from postproc.compensation.path.motion import Motion
 from postproc.diagnostics import Diagnostic, Source
 from postproc.model.arm import Model
 from postproc.model.controller import unknown_loads
-from postproc.model.scatter import DRAWS, QUANTILES, READINGS, Scatter, type_scatter
+from postproc.model.scatter import DRAWS, QUANTILES, Scatter
 from postproc.model.uncertainty import beyond_range, position_covariance, read_uncertainty, sigma_parts
 from postproc.model.undetermined import Undetermined, undetermined_under_load
 from postproc.motion.values import Index
@@ -108,7 +109,7 @@ def better_figure(values: Mapping[str, Any]) -> str:
     text = f"this arm is not measured: with the stiffness of its type {now} of its deflection remain"
     if after is None or after[1] > WORTH * remaining[1]:
         return f"{text} (`postproc plan` says what to measure)"
-    plan = f"`postproc plan {values['robot']} -n {READINGS} --kind gauge --load KG`"
+    plan = f"`postproc plan {values['robot']} -n {READINGS} --kind gauge --load KG --pull {PULL_N:g}`"
     return f"{text}, about {then} after {READINGS} readings with a dial gauge ({plan})"
 
 
