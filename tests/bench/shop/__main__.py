@@ -35,6 +35,7 @@ def main(argv: list[str] | None = None) -> int:
     o.add_argument("--hidden", type=int, default=0, help="so many arms for each hidden effect, table and robot")
     o.add_argument("--real", action="store_true", help="readings derived from the measured tables of real arms alone")
     o.add_argument("--data", type=Path, default=SAMPLES, help="folder of these")
+    o.add_argument("--refit", action="store_true", help="with --real: the refit by numpy, too")
     o.add_argument("--folder", type=Path, default=Path("shop"), help="where the tables and models are written")
     o.add_argument("--json", type=Path, help="file for all figures")
     a = o.parse_args(argv)
@@ -43,7 +44,7 @@ def main(argv: list[str] | None = None) -> int:
     if a.real:
         from tests.bench.shop.real import report
 
-        results, bad = report(a.data, a.folder, a.only)
+        results, bad = report(a.data, a.folder, a.only, a.effects, a.refit)
     else:
         results, bad = fitted(a)
         if a.clean or a.hidden:

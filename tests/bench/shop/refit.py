@@ -69,8 +69,8 @@ def residual(r: Rows, p: np.ndarray, setups: dict[str, np.ndarray]) -> np.ndarra
     return np.concatenate(out)
 
 
-def refit(s: Shop, r: Rows) -> Refit:
-    """Least squares with priors, Gauss and Newton; the set-ups begin where they are."""
+def refit(s: Shop, r: Rows, before: np.ndarray = PRIOR) -> Refit:
+    """Least squares with priors (45,), Gauss and Newton; the set-ups begin where they are."""
     names = [name for name in r.truth for _ in r.truth[name]]
     start = np.concatenate([*r.truth.values(), []])
     # A length of a bar that is known has no zero of its own; the normal of a plane has two directions, not three.
@@ -78,7 +78,7 @@ def refit(s: Shop, r: Rows) -> Refit:
     for i, name in enumerate(names):
         if len(r.truth[name]) == 4 and names[i - 3 : i + 1] == [name] * 4 and "distance" in r.kind[r.name == name]:
             free[i] = WIDE if r.offset_free else 1e-9
-    prior, step = np.concatenate([PRIOR, free]), np.concatenate([STEP, np.full(len(start), 1e-5)])
+    prior, step = np.concatenate([before, free]), np.concatenate([STEP, np.full(len(start), 1e-5)])
     x = np.concatenate([np.zeros(45), start])
 
     def split(x: np.ndarray) -> dict[str, np.ndarray]:
@@ -104,12 +104,13 @@ def refit(s: Shop, r: Rows) -> Refit:
     return Refit(moved(s, x[:45]), x[:45], covariance)
 
 
-def placed(p: np.ndarray, onto: np.ndarray) -> np.ndarray:
-    """(n, 3) points after the rotation and shift that bring them nearest to others."""
+def placed(p: np.ndarray, onto: np.ndarray, scaled: bool = False) -> np.ndarray:
+    """(n, 3) points after the rotation and shift, and scale where asked, that bring them nearest to others."""
     a, b = p.mean(axis=0), onto.mean(axis=0)
     u, _, v = np.linalg.svd((p - a).T @ (onto - b))
     turn = u @ np.diag([1, 1, np.sign(np.linalg.det(u @ v))]) @ v
-    return (p - a) @ turn + b
+    moved = (p - a) @ turn
+    return moved * (float((moved * (onto - b)).sum() / (moved**2).sum()) if scaled else 1.0) + b
 
 
 def rms(e: np.ndarray) -> float:

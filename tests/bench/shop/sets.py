@@ -200,40 +200,38 @@ def table(kind: str, s: Shop, seed: int) -> Rows:
     return joined([KINDS[p](np.random.default_rng([43, list(KINDS).index(p), seed]), s) for p in parts])
 
 
-def csv_of(r: Rows, sigma: bool = True) -> str:
-    """The table as a file. Args: sigma: whether it states the standard deviation of its readings."""
-    joints = range(1, 7)
-    names = ["pose_id", *(f"q{j}_deg" for j in joints), *(f"dir{j}" for j in joints), "payload_kg"]
-    names += [f"payload_{c}_mm" for c in "xyz"]
-    has = set(r.kind)
-    columns: dict[str, Callable[[int], str]] = {}
-    if "position" in has:
-        columns |= {f"{c}_mm": lambda i, k=k: number(r.place[i, k]) for k, c in enumerate("xyz")}
-    for kind, column in (
-        ("tip", "tip"),
-        ("plane", "plane"),
-        ("gauge", "gauge"),
-        ("distance", "anchor"),
-        ("between", "from"),
-    ):
-        if kind in has:
-            columns[column] = lambda i, kind=kind: str(r.name[i]) if r.kind[i] == kind else ""
-    if has & {"distance", "between"}:
-        columns["distance_mm"] = lambda i: number(r.reading[i]) if r.kind[i] in ("distance", "between") else ""
-    if "gauge" in has:
-        columns["reading_mm"] = lambda i: number(r.reading[i]) if r.kind[i] == "gauge" else ""
-        columns |= {f"n{c}": lambda i, k=k: number(r.normal[i, k] * 1e-3) for k, c in enumerate("xyz")}
-    if sigma:
-        columns["sigma_mm"] = lambda i: "" if r.kind[i] == "between" and not r.name[i] else f"{1e3 * r.sigma[i]:g}"
-    lines = [",".join([*names, *columns])]
-    s = r.states
-    for i in range(len(r)):
-        row = [str(r.label[i]), *(f"{x:.4f}" for x in s.q[i] / DEG), *(f"{x:+.0f}" for x in s.approach[i])]
-        row += [f"{s.mass[i]:g}", *(f"{1e3 * x:g}" for x in s.center[i]), *(c(i) for c in columns.values())]
-        lines.append(",".join(row))
-    return "\n".join(lines) + "\n"
+COLUMNS = {"tip": "tip", "plane": "plane", "gauge": "gauge", "distance": "anchor", "between": "from"}
+"""Column with the name of the set-up, by kind."""
 
 
-def number(x: float) -> str:
-    """Millimetres of a length in metres with four decimals, empty for none."""
-    return "" if np.isnan(x) else f"{1e3 * x + 0.0:.4f}".rstrip("0").rstrip(".")
+def csv_of(r: Rows, sigma: bool = True, bare: bool = False) -> str:
+    """The table as a file.
+
+    Args:
+        sigma: whether it states the standard deviation of its readings. bare: joints and readings alone.
+    """
+    s, kinds = r.states, set(r.kind)
+    far = np.isin(r.kind, ["distance", "between"])
+    columns: dict[str, list[str]] = {"pose_id": [str(x) for x in r.label]}
+    columns |= {f"q{j + 1}_deg": [f"{x:.4f}" for x in s.q[:, j] / DEG] for j in range(6)}
+    if not bare:
+        columns |= {f"dir{j + 1}": [f"{x:+.0f}" for x in s.approach[:, j]] for j in range(6)}
+        columns["payload_kg"] = [f"{x:g}" for x in s.mass]
+        columns |= {f"payload_{c}_mm": numbers(1e3 * s.center[:, k]) for k, c in enumerate("xyz")}
+    if "position" in kinds:
+        columns |= {f"{c}_mm": numbers(1e3 * r.place[:, k]) for k, c in enumerate("xyz")}
+    for kind in COLUMNS.keys() & kinds:
+        columns[COLUMNS[kind]] = [str(x) if k == kind else "" for x, k in zip(r.name, r.kind, strict=True)]
+    if far.any():
+        columns["distance_mm"] = numbers(1e3 * np.where(far, r.reading, np.nan))
+    if "gauge" in kinds:
+        columns["reading_mm"] = numbers(1e3 * np.where(r.kind == "gauge", r.reading, np.nan))
+        columns |= {f"n{c}": numbers(r.normal[:, k]) for k, c in enumerate("xyz")}
+    if sigma and not bare:
+        columns["sigma_mm"] = numbers(1e3 * np.where((r.kind == "between") & (r.name == ""), np.nan, r.sigma))
+    return "\n".join([",".join(columns), *(",".join(row) for row in zip(*columns.values(), strict=True))]) + "\n"
+
+
+def numbers(values: np.ndarray) -> list[str]:
+    """Four decimals, empty for none."""
+    return ["" if np.isnan(x) else f"{x + 0.0:.4f}".rstrip("0").rstrip(".") for x in values]
