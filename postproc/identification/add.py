@@ -183,7 +183,7 @@ def _added(
         steps = [replace(s, share=share) for s, share in zip(steps, shares, strict=True)]
     without: dict[str, FitFigures] = {}
     # Frames of sessions, and points of reflectors, that nobody asked for say where things stood.
-    placed = {Role.SESSION_FRAMES, Role.REFLECTOR_POINTS} - {cls.role for cls in classes}
+    placed = {Role.SESSION_FRAMES, Role.WORK_OBJECTS, Role.REFLECTOR_POINTS} - {cls.role for cls in classes}
     for k, effect in enumerate(e for e in final.model.effects if not e.is_frame and e.role not in placed):
         watch(f"without `{effect.key}`", (fitted + 3 + without_one * k) / total)
         fit = without_effects(final, [effect.key])

@@ -16,6 +16,8 @@ from postproc.channels.state import State
 from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.measure.observations import Observation, observations
 
+ROWS = ("position", "T_frame_object", "rotation", "joint", "sigma")
+"""Arrays of measurements that have a row for each."""
 FEWEST_ROWS_JUDGED = 8
 """Fewer rows tell nothing of a table: their angles may all be round, and any half of them be right, by chance."""
 
@@ -27,6 +29,8 @@ class Measurements:
     Args:
         state: what was commanded, and the channels.
         position: (n, 3) measured TCP in the instrument's frame [m]; NaN where not measured.
+        T_frame_object: (n, 4, 4) the work object that the points of the table are stated in [m], where the program
+            says that it is; NaN for rows without one, None without such columns. ``position`` is where it stands, too.
         rotation: (n, 3, 3) measured orientation, NaN where not measured; None where the file has none.
         joint: (n, 6) joint angles measured on the output side [rad], NaN where not measured; None where the file has
             none.
@@ -48,6 +52,7 @@ class Measurements:
 
     state: State
     position: Array
+    T_frame_object: Array | None = None
     rotation: Array | None = None
     joint: Array | None = None
     sigma: Array | None = None
@@ -131,7 +136,7 @@ class Measurements:
     def rows(self, index: NDArray[Any] | Sequence[int]) -> Measurements:
         """Return the rows of an index, slice or mask, in that order."""
         picked = np.arange(len(self))[np.asarray(index)]
-        some: dict[str, Any] = {name: getattr(self, name) for name in ("position", "rotation", "joint", "sigma")}
+        some: dict[str, Any] = {name: getattr(self, name) for name in ROWS}
         some = {name: values if values is None else values[picked] for name, values in some.items()}
         for name in ("pose_id", "row", "line", "file"):
             values = getattr(self, name)

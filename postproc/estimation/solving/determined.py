@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect
-from postproc.estimation.priors import is_placed
+from postproc.estimation.priors import may_be_anywhere
 from postproc.estimation.problem import Problem
 from postproc.estimation.solving.step import Masks, Name, Slope, sizes
 
@@ -110,7 +110,7 @@ def pull(problem: Problem, effect: Effect) -> Array:
     barely determines from running away. Coordinates of either sign (the ends of a hose) are pulled by one over `WIDE`
     ordinary sizes: along a valley of equal fits lies one that an arm may have.
     """
-    if is_placed(effect):  # instruments and reflectors may be anywhere
+    if may_be_anywhere(effect):  # instruments and reflectors may be anywhere
         return np.zeros(len(effect.vector()))
     places = ~effect.amplitudes() & (effect.bounds()[0] < 0)
     wide = np.where(effect.amplitudes(), 10 * WIDE, np.where(places, WIDE, np.inf))

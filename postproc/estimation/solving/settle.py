@@ -9,7 +9,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.estimation.fitted import Fit
 from postproc.estimation.posterior import yielding
-from postproc.estimation.priors import is_placed, prior_of
+from postproc.estimation.priors import may_be_anywhere, prior_of
 from postproc.estimation.solving.determined import slope
 
 SETTLE_PASSES = 4
@@ -57,7 +57,7 @@ def _pulled(fit: Fit) -> tuple[Array, Array]:
     x - x ln(x / m).
     """
     priors = {e.key: prior_of(e, fit.model) for e in fit.model.effects}
-    free = {e.key for e in fit.model.effects if is_placed(e) or e.roughness() is not None}
+    free = {e.key for e in fit.model.effects if may_be_anywhere(e) or e.roughness() is not None}
     pull, centre = np.zeros(len(fit.parameters)), np.zeros(len(fit.parameters))
     vectors = {e.key: e.vector() for e in fit.model.effects}
     for k, (key, i) in enumerate(fit.parameters):
