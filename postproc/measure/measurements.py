@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -18,6 +19,8 @@ from postproc.measure.observations import Observation, observations
 
 ROWS = ("position", "T_frame_object", "rotation", "joint", "sigma")
 """Arrays of measurements that have a row for each."""
+TOUCHED = re.compile(rb"^# touched-up program: .* sha256 ([0-9a-f]{64})\s*$", re.MULTILINE)
+"""Line of a table that names a program whose touch-ups it holds."""
 FEWEST_ROWS_JUDGED = 8
 """Fewer rows tell nothing of a table: their angles may all be round, and any half of them be right, by chance."""
 
@@ -90,6 +93,11 @@ class Measurements:
             return self.source, None
         source = self.sources[self.file[index] if self.file else 0]
         return source, source.line_span(self.line[index])
+
+    @property
+    def touched_programs(self) -> tuple[str, ...]:
+        """Hashes (SHA-256) of the touched-up programs that the tables name in their first lines."""
+        return tuple(m.decode() for source in self.sources for m in TOUCHED.findall(source.data))
 
     @cached_property
     def usable(self) -> NDArray[np.bool_]:

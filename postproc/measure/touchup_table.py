@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import hashlib
 import io
-import re
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -22,8 +21,6 @@ from postproc.rapid.data.records import NO_AXIS, Pose
 from postproc.rapid.motions.units import matrix_pose, object_matrix
 from postproc.robot.kinematics import forward
 
-RECORD = "# touched-up program: "
-"""Begin of the line of a table that names a program, with the hash of its bytes."""
 UNKNOWN_SHARE = 0.5
 """Standard deviation of the share of the deflection that touch-ups tell, from which they tell little."""
 
@@ -41,7 +38,7 @@ def touchup_table(found: TouchUps, sources: Sequence[Source], noise_mm: float, f
     header += [*names.PAYLOAD_COLUMNS, "sigma_mm", "target", *(names.EXTERNAL_AXES[k] for k in axes)]
     header += ["session", *names.OBJECT_POSITION, *names.OBJECT_ORIENTATION] if free else []
     out = io.StringIO()
-    out.writelines(f"{RECORD}{_short(source.path)} sha256 {_hash(source)}\n" for source in sources)
+    out.writelines(f"# touched-up program: {_short(source.path)} sha256 {_hash(source)}\n" for source in sources)
     rows = csv.writer(out, lineterminator="\n")
     rows.writerow(header)
     for use in found.rows:
@@ -55,12 +52,6 @@ def touchup_table(found: TouchUps, sources: Sequence[Source], noise_mm: float, f
         cells += [_axis(use, k) for k in axes]
         rows.writerow([*cells, *([wobj.name, *_pose(matrix_pose(T_object))] if free else [])])
     return out.getvalue()
-
-
-def touched_programs(source: Source) -> tuple[str, ...]:
-    """Return the hashes of the touched-up programs that a table was made of."""
-    pattern = rf"^{re.escape(RECORD)}.* sha256 ([0-9a-f]{{64}})\s*$".encode()
-    return tuple(match.decode() for match in re.findall(pattern, source.data, re.MULTILINE))
 
 
 def share_told(found: TouchUps, model: Model, noise_mm: float, free: bool) -> float:

@@ -31,6 +31,20 @@ class Job:
     conf: np.ndarray
 
 
+@dataclass(frozen=True)
+class Real:
+    """The real arm: compliances of its joints (6,) [rad/(N m)] and what its joint angles are off (6,) [rad]."""
+
+    compliance: np.ndarray
+    zero: np.ndarray
+
+
+def draw_real(g: np.random.Generator, zero: float = 0.0) -> Real:
+    """An arm whose springs are off by 0.4 to 2.5; zero: standard deviation of its joint angles' zeros [rad]."""
+    factor = np.exp(g.uniform(np.log(0.4), np.log(2.5), 6))
+    return Real(A.TABLE_2 * factor, g.normal(0.0, 1.0, 6) * zero)
+
+
 def draw_job(g: np.random.Generator, arm: A.Arm, count: int, objects: int = 1) -> Job:
     """Targets all over the place in front of the arm, in work objects as they were drawn."""
     frames = [
@@ -57,12 +71,12 @@ def joints(job: Job, T: np.ndarray) -> np.ndarray:
     return np.array(found)
 
 
-def bent(job: Job, q: np.ndarray, compliance: np.ndarray) -> np.ndarray:
+def bent(job: Job, q: np.ndarray, real: Real) -> np.ndarray:
     """(n, 3) where the TCP of the real arm is."""
-    return A.equilibrium(job.arm, q, TOOL, LOAD, A.joint_springs(compliance)).frames.tcp[:, :3, 3]
+    return A.equilibrium(job.arm, q + real.zero, TOOL, LOAD, A.joint_springs(real.compliance)).frames.tcp[:, :3, 3]
 
 
-def touch_up(job: Job, compliance: np.ndarray, moved: np.ndarray, noise: np.ndarray) -> np.ndarray:
+def touch_up(job: Job, real: Real, moved: np.ndarray, noise: np.ndarray) -> np.ndarray:
     """(n, 4, 4) commanded poses with which the real TCP is at the work, which fixtures have moved (k, 4, 4) in the base.
 
     ``noise`` (n, 3) [m]: how far beside it the person stops.
@@ -70,18 +84,18 @@ def touch_up(job: Job, compliance: np.ndarray, moved: np.ndarray, noise: np.ndar
     goal = np.einsum("nij,nj->ni", moved[job.which], np.insert(job.T[:, :3, 3], 3, 1.0, axis=1))[:, :3] + noise
     T = job.T.copy()
     for _ in range(6):
-        T[:, :3, 3] += goal - bent(job, joints(job, T), compliance)
+        T[:, :3, 3] += goal - bent(job, joints(job, T), real)
     return T
 
 
-def program(job: Job, T: np.ndarray) -> str:
-    """The program with its targets at poses (n, 4, 4) of the base, in their work objects."""
+def program(job: Job, T: np.ndarray, digits: int = 3) -> str:
+    """The program with its targets at poses (n, 4, 4) of the base, in their work objects; a pendant writes 2 digits."""
     lines, moves = [DATA], []
     for k, frame in enumerate(job.frames):
         lines.append(f'  PERS wobjdata wFix{k}:=[FALSE,TRUE,"",[{place(frame, 6)}],[[0,0,0],[1,0,0,0]]];\n')
     for i, k in enumerate(job.which):
         conf = ",".join(map(str, job.conf[i]))
-        target = place(np.linalg.inv(job.frames[k]) @ T[i], 2)
+        target = place(np.linalg.inv(job.frames[k]) @ T[i], digits)
         lines.append(f"  CONST robtarget p{10 * i + 10}:=[{target},[{conf}],{AXES}];\n")
         moves.append(f"    MoveJ p{10 * i + 10},v500,fine,tT\\WObj:=wFix{k};\n")
     return f"MODULE Touch\n{''.join(lines)}  PROC main()\n{''.join(moves)}  ENDPROC\nENDMODULE\n"

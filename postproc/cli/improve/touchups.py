@@ -101,12 +101,12 @@ def _found(nominal: Version | None, touched: Version, settings: Settings) -> tup
             settings, str(touched.home / Path(name).name if touched.is_folder else touched.place), bare=True
         )
         program = _read(sources)
+        was = with_kept_originals(program) if was is None else was
         with watching(f"comparing `{name}`"):
-            one = find_touchups(
-                _read(was or with_kept_originals(program)), program, arm.robot, arm.station or Station()
-            )
+            one = find_touchups(_read(was), program, arm.robot, arm.station or Station())
+        same = {s.data for s in was}
         if one.rows or one.shifted:
-            arms, files = [*arms, arm], [*files, *(s for s in sources if not s.read_only)]
+            arms, files = [*arms, arm], [*files, *(s for s in sources if not s.read_only and s.data not in same)]
         found += one
     if len({arm.robot.name for arm in arms}) > 1:
         names = " and ".join(sorted({f"`{arm.robot.name}`" for arm in arms}))
