@@ -44,6 +44,7 @@ KEYS = [
     "session",
     "work_object",
     "reflector",
+    "setup",
     "outlier",
     "curve",
 ]
