@@ -61,6 +61,8 @@ def recorded_model(fit: Fit) -> Model:
         names = [source.path.replace("\\", "/").rsplit("/", 1)[-1] for source in data.sources]
         hashes = [hashlib.sha256(source.data).hexdigest() for source in data.sources]
         table["data"], table["data_sha256"] = (names, hashes) if names[1:] else (names[0], hashes[0])
+    if data.touched_programs:
+        table["touched_sha256"] = list(data.touched_programs)
     if regions is None or regions.surest is None:
         return replace(model, fit=table)
     surest, added = lasting(regions.surest)[0], model

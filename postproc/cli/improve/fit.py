@@ -55,6 +55,7 @@ def run(
     """
     import numpy as np
 
+    from postproc.effects.roles import Role
     from postproc.estimation.recorded import no_farther_than_nominal, recorded_model, silent
     from postproc.identification.add import fit_effects
     from postproc.model.arm import Model
@@ -70,6 +71,9 @@ def run(
     station = _station(cell, mounting)
     say(f"{assumed(arm.name, [c.key for c in classes], table.sigma)}; {robot_from}")
     measured = table.read(data, arm, at=station)
+    if effects is None and stated.effects is None and measured.T_frame_object is not None:
+        say("the table states the tool: `tool_frame` is not fitted unless `--effects` names it")
+        classes = [cls for cls in classes if cls.role is not Role.TOOL_FRAME]
     turned = stated.mounting or (0.0, 0.0, 0.0) if mounting is None else parse_vector("--mounting", mounting, "180,0,0")
     model = Model(arm, R_world_base=rpy(np.radians(turned)), robot_name=robot)
     model = model if tool is None else replace(model, T_flange_tcp=parse_tool(tool))
