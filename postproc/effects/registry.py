@@ -24,7 +24,9 @@ from postproc.effects.library.frames.instrument_frame import InstrumentFrame
 from postproc.effects.library.frames.outlier import Outlier
 from postproc.effects.library.frames.reflector import Reflector
 from postproc.effects.library.frames.session import Session
+from postproc.effects.library.frames.setup import Setup
 from postproc.effects.library.frames.tool_frame import ToolFrame
+from postproc.effects.library.frames.work_object import WorkObject
 from postproc.effects.library.joints.backlash import Backlash
 from postproc.effects.library.joints.joint_compliance import JointCompliance
 from postproc.effects.library.joints.joint_error_map import JointErrorMap
@@ -75,7 +77,9 @@ BUILT_IN: tuple[type[Effect], ...] = (
     ExternalAxisError,
     ExternalAxisCompliance,
     Session,
+    WorkObject,
     Reflector,
+    Setup,
     Outlier,
     ChannelCurve,
 )

@@ -42,7 +42,9 @@ KEYS = [
     "external_axis_error",
     "external_axis_compliance",
     "session",
+    "work_object",
     "reflector",
+    "setup",
     "outlier",
     "curve",
 ]

@@ -12,6 +12,7 @@ from postproc.channels.state import State
 from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.measure.checks.likely_wrong import check_measurements
 from postproc.measure.checks.references import with_references
+from postproc.measure.checks.setups import check_setups
 from postproc.measure.consensus import LEAST_M, TIMES, Agreement, agreement
 from postproc.measure.measurements import Measurements
 from postproc.measure.read import columns as names
@@ -22,11 +23,13 @@ from postproc.measure.read.commanded import Commanded, commanded_joints, program
 from postproc.measure.read.external_axes import check_work, with_external_axes
 from postproc.measure.read.layout import read_column_map
 from postproc.measure.read.lookup import Table, missing_help
+from postproc.measure.read.setups import with_setups
 from postproc.measure.read.terms import AS_IT_IS, Reading, accepted
 from postproc.measure.read.values import as_number, is_number
 from postproc.measure.trajectory import sides_from_before, with_motion
 from postproc.robot.arm import Robot
 from postproc.robot.cells.station import Station
+from postproc.robot.pose import transform
 
 ANGLES = (
     "an instrument alone does not know them: put the joint angles that the controller commanded beside the points, row "
@@ -63,21 +66,25 @@ def read_measurements(
         cells = join(cells, read_cells(terms.joints, layout, diagnostics), layout.header, diagnostics)
     table = Table(cells, layout, diagnostics)
     turns = table.turns(names.ORIENTATION, layout.orientation)
-    if measured and turns is None and not {*names.POSITION, *names.MEASURED_JOINTS} & table.place.keys():
+    read = {*names.POSITION, *names.MEASURED_JOINTS, *names.SETUPS}
+    if measured and turns is None and not read & table.place.keys():
         message = "nothing was measured: there is no column `x_mm`, `y_mm`, `z_mm`, nor `qw`, nor `mq1_deg`"
+        message += ", nor `tip`, `plane`, `anchor`, `gauge`, `from`"
         raise PostprocError.of("DAT002", message, source, help=missing_help(cells))
     data = _rows(table, robot, program, terms, None if turns is None else turns.matrix)
+    data = with_setups(data, table, measured)
     data, still = with_references(data, robot, layout.references)
     diagnostics += still
     unit = table.place["x_mm"].unit if "x_mm" in table.place else "mm"
     data, agreed = _without_lost(data, agreement(data, robot), table, robot)
     check_work(data.state, table, robot, data.position)
     findings = check_measurements(data, robot, cells, turns, agreed, measured=measured, unit=unit)
-    findings = accepted([*diagnostics, *findings], terms.accept)
+    odd, misread = check_setups(data, robot, cells) if measured and data.readings is not None else ([], frozenset())
+    findings = accepted([*diagnostics, *findings, *odd], terms.accept)
     if has_errors(findings):
         raise PostprocError(findings)
     wrong = agreed.rows[agreed.wrong] if agreed.near and "DAT007" not in terms.accept else ()
-    return replace(data, wrong=frozenset((0, data.row[i]) for i in wrong), diagnostics=tuple(findings))
+    return replace(data, wrong=misread | {(0, data.row[i]) for i in wrong}, diagnostics=tuple(findings))
 
 
 def _rows(
@@ -91,10 +98,14 @@ def _rows(
     commanded = _commanded(table, robot, program, terms.station or Station())
     state = with_external_axes(_state(table, commanded), table, terms.station, commanded.extax)
     state, sides_from = _followed(state, table, terms)
+    position, T_object = _positions(table), _frames(table, names.OBJECT_POSITION, names.OBJECT_ORIENTATION)
     return Measurements(
         state=state,
-        position=_positions(table),
-        rotation=rotation,
+        position=position
+        if T_object is None
+        else (T_object @ np.insert(position, 3, 1.0, axis=1)[:, :, None])[:, :3, 0],
+        T_frame_object=T_object,
+        rotation=rotation if T_object is None or rotation is None else T_object[:, :3, :3] @ rotation,
         joint=table.vector(names.MEASURED_JOINTS, partial=True, absent=np.nan),
         sigma=_deviations(table),
         pose_id=tuple(table.text("pose_id") or _labels(state.q)),
@@ -249,7 +260,7 @@ def _commanded(table: Table, robot: Robot, program: Source | Sequence[Source] | 
         if "target" in table.place and program is not None:
             message = "the table has joint angles and targets of the program: the angles are taken"
             table.say("DAT015", "warning", message, "leave out `q1_deg` .. `q6_deg` if the program is to tell them")
-        return Commanded(q)
+        return Commanded(q, _frames(table, names.TOOL_POSITION, names.TOOL_ORIENTATION))
     cells = table.cells
     if "target" in table.place and program is not None:
         return program_targets(table, program, robot, station)
@@ -262,6 +273,14 @@ def _commanded(table: Table, robot: Robot, program: Source | Sequence[Source] | 
         raise PostprocError.of("DAT002", message, cells.source, help=missing_help(cells, names.JOINT_COLUMNS, ANGLES))
     configuration = table.vector(names.CONFIGURATION_COLUMNS, fill=0.0)
     return Commanded(commanded_joints(robot, position, turns.matrix, configuration, cells, table.diagnostics))
+
+
+def _frames(table: Table, position: Sequence[str], orientation: Sequence[str]) -> Array | None:
+    """Return frames (n, 4, 4) [m] that columns state, upright where they state no orientation; None without them."""
+    place, turns = table.vector(position), table.turns(orientation, None)
+    if place is None:
+        return None
+    return transform(place, np.eye(3) if turns is None else turns.matrix)
 
 
 def join(seen: Cells, angles: Cells, named: bool, diagnostics: list[Diagnostic]) -> Cells:
