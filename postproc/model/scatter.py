@@ -1,4 +1,4 @@
-"""What an estimated stiffness means: how much of the deflection is left once it is corrected by the estimate."""
+"""What an uncertain stiffness means: how much of the deflection remains once it is corrected by the model."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from postproc.effects.roles import Role
 from postproc.model.arm import Model
 from postproc.model.deflection import Deflection
 from postproc.model.loads import loaded_state
+from postproc.model.uncertainty import read_uncertainty
+from postproc.model.undetermined import full_covariance
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import jacobian
 
@@ -21,6 +23,8 @@ STIFFNESS_FACTOR = np.array([4, 3, 2.5, 2.5, 3.5, 2.5])
 """Factors that hold 95 % of arms about the rule of the library, where an arm's file states none (docs/robot.md)."""
 PUBLISHED_FACTOR, UNKNOWN_FACTOR = 1.5, 10.0
 """The same about a stiffness that was measured on one arm of the type, and about an ordinary size of any arm."""
+LEAST_SPREAD = 1e-9  # of a logarithm: what is known exactly
+STIFFEST = 1e-12  # [rad/(N m)] a joint that hardly gives at all
 
 
 def stiffness_factors(robot: Robot) -> Array:
@@ -32,12 +36,33 @@ def stiffness_factors(robot: Robot) -> Array:
     return np.full(6, PUBLISHED_FACTOR) if robot.stiffness_source == "measured" else STIFFNESS_FACTOR
 
 
-def remaining_fraction(model: Model, state: State) -> tuple[float, float]:
-    """Return a 95 % interval of the share of the deflection that remains after a correction with estimated stiffness.
+def spring_covariance(model: Model) -> Array:
+    """Return the covariance (6, 6) of the logarithms of the joint compliances over those of the model.
+
+    It is that of a fit, where the model has one: of a parameter with standard deviation s at a compliance c the
+    logarithm scatters by sqrt(ln(1 + s^2 / c^2)), with the correlations of the fit. A joint that no fit knows scatters
+    as arms of the type do (`stiffness_factors`).
+    """
+    spring, known = model.in_role(Role.JOINT_SPRINGS), read_uncertainty(model)
+    S = np.diag((np.log(stiffness_factors(model.robot)) / NORMAL_95) ** 2)
+    if spring is None or known is None:
+        return S
+    every = (*known.parameters, *known.held)
+    joints = [j for j in range(6) if (spring.key, j) in every]
+    column = [every.index((spring.key, j)) for j in joints]
+    fitted, c = full_covariance(known)[np.ix_(column, column)], np.maximum(spring.vector()[joints], STIFFEST)
+    sigma = np.maximum(np.sqrt(np.diag(fitted)), LEAST_SPREAD * c)
+    spread = np.sqrt(np.log1p((sigma / c) ** 2))
+    S[np.ix_(joints, joints)] = fitted / np.outer(sigma, sigma) * np.outer(spread, spread)
+    return S
+
+
+def remaining_fraction(model: Model, state: State, covariance: Array | None = None) -> tuple[float, float]:
+    """Return a 95 % interval of the share of the deflection that remains after a correction with uncertain stiffness.
 
     The deflection of the TCP is d = sum_js x_js, the share of joint j under source s (bodies 1 to 6; all that is
     stated: payload, force, effects), x_js = J_j c_j tau_js. An arm has a_js = f_j g_s times as much of each: f_j its
-    compliance over the estimate, log-normal with 95 % within the arm's factor; g_s its mass over the estimate,
+    compliance over that of the model, log-normal (`spring_covariance`); g_s its mass over the estimate,
     log-normal with one standard deviation at the body's factor, 1 for what is stated. Over all states, with the Gram
     matrix G of the shares, what remains of that arm's deflection is rho = sqrt((a - 1)^T G (a - 1) / a^T G a); its
     quantiles are taken over a scrambled Sobol sequence (Owen 1998), the same every time. Above 1 the correction is
@@ -45,6 +70,7 @@ def remaining_fraction(model: Model, state: State) -> tuple[float, float]:
 
     Args:
         state: n states with all loads, where the correction is made.
+        covariance: (6, 6) of the logarithms of the compliances; None for what is known of the model.
 
     Returns:
         2.5 % and 97.5 % quantiles of rho.
@@ -56,10 +82,12 @@ def remaining_fraction(model: Model, state: State) -> tuple[float, float]:
     if not gram.any():
         return 0.0, 0.0
     robot = model.robot
-    factor = stiffness_factors(robot)
-    masses = np.ones(7) if robot.mass_factor is None else robot.mass_factor
-    spread = np.concatenate([np.log(factor) / NORMAL_95, np.log(masses[1:])])
-    drawn = np.exp(norm.ppf(qmc.Sobol(len(spread), rng=np.random.default_rng(0)).random(DRAWS)) * spread)
+    S = spring_covariance(model) if covariance is None else covariance
+    masses = np.log(np.ones(7) if robot.mass_factor is None else robot.mass_factor)[1:]
+    normal = norm.ppf(qmc.Sobol(6 + len(masses), rng=np.random.default_rng(0)).random(DRAWS))
+    size, turned = np.linalg.eigh(S)
+    springs = normal[:, :6] @ (turned * np.sqrt(np.maximum(size, 0.0))) @ turned.T
+    drawn = np.exp(np.hstack([springs, normal[:, 6:] * masses]))
     sources = np.column_stack([drawn[:, 6:], np.ones(DRAWS)])
     a = (drawn[:, :6, None] * sources[:, None, :]).reshape(DRAWS, -1)
     remaining, full = (np.einsum("kp,pq,kq->k", x, gram, x, optimize=True) for x in (a - 1.0, a))

@@ -1,17 +1,27 @@
-"""A RAPID program that visits poses to be measured, each joint coming from the stated side, and waits there."""
+"""RAPID programs that visit poses to be measured, or the set-ups of a plan, and wait there."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
+from postproc.identification.planning.setups import BACK, SetupPlan
 from postproc.render.templates import environment, fill, load_template
 from postproc.robot.arm import Robot
 
 RUN_UP = np.radians(2.0)  # more than any gearbox plays
 SETTLE_S = 1.0
+PURPOSES = {
+    "gauge": "a dial gauge is read at each without and with its load",
+    "tip": "the tool is jogged onto the tip at each",
+    "plane": "a search finds the plane at each",
+    "distance": "the distance to the anchor is read at each",
+    "position": "the tool centre point is measured at each",
+}
+"""What is done at the set-ups of each kind."""
 
 
 def measuring_module(
@@ -52,3 +62,42 @@ def measuring_module(
     template = load_template(environment(), "measuring_module.j2")
     values = {"module": "MeasurePoses", "table": table, "poses": poses, "wait_s": SETTLE_S}
     return (fill(template, values) + "\n").encode("latin-1", "replace")
+
+
+def setups_module(plan: SetupPlan, table: str, signal: str) -> bytes:
+    """Text of a RAPID program that stops at each set-up of a plan for what is to be done there.
+
+    At a gauge it stops for the zero without the load and for the reading with it. Tips are touched by jogging, planes
+    by a search; the program then writes the joint angles of each touch into the table itself, on the controller.
+
+    Args:
+        table: name of the table. signal: digital input of the search that says when a plane is touched.
+    """
+    robot, kind, tool = plan.model.robot, plan.kind, plan.model.T_flange_tcp
+    turn = Rotation.from_matrix(tool[:3, :3]).as_quat(scalar_first=True)
+    stops = [
+        {
+            "id": plan.ids[i],
+            "words": plan.words[i],
+            "name": plan.names[i],
+            "joints": plan.begin[i],
+            "approach": np.clip(plan.begin[i] - RUN_UP, robot.lower, robot.upper),
+            "search": -2e3 * BACK * plan.direction[i],
+            "kg": f"{np.asarray(plan.state.payload_mass)[i]:g}",
+            "load": plan.loads[i] or "nothing",
+            "lines": [f"gauge {plan.words[i]}, set to 0", f"{plan.loads[i]} on, read", "load off"]
+            if kind == "gauge"
+            else ["read"],
+        }
+        for i in range(len(plan.ids))
+    ]
+    values: dict[str, object] = {
+        "module": "MeasureSetups",
+        "table": table,
+        "purpose": PURPOSES[kind],
+        "stops": stops,
+        "kind": kind,
+    }
+    values |= {"touching": kind in ("tip", "plane"), "file": f"{kind}.csv", "signal": signal, "wait_s": SETTLE_S}
+    values |= {"tool": 1e3 * tool[:3, 3], "turn": turn}
+    return (fill(load_template(environment(), "setups_module.j2"), values) + "\n").encode("latin-1", "replace")

@@ -1,1 +1,1 @@
-"""Commands on models: `fit`, `compare`, `diagnose`, `add`, `predict`, `plan`; common: `model_options`."""
+"""Commands on models: `fit`, `compare`, `diagnose`, `add`, `predict`, `plan`, `first_plan`; common: `model_options`."""

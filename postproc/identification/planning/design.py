@@ -121,14 +121,7 @@ def sharpen(fit: Fit, pool: Problem, n: int) -> tuple[list[int], float, float, l
     known = arm & determined
     before = float(width[known].max(initial=0.0))
     worst = [entries[i] for i in np.argsort(-np.where(known, width, 0.0))[:3] if known[i]]
-    chosen: list[int] = []
-    for _ in range(n):
-        S = np.eye(3) + np.einsum("cip,pq,cjq->cij", Z, P, Z, optimize=True)
-        gain = np.linalg.slogdet(S)[1]
-        gain[chosen] = -np.inf
-        best = int(np.argmax(gain))
-        chosen.append(best)
-        P = _updated(P, Z[best])
+    chosen, P = choose(Z, P, n)
     after = np.sqrt(np.diag(P))
     return (
         chosen,
@@ -137,6 +130,34 @@ def sharpen(fit: Fit, pool: Problem, n: int) -> tuple[list[int], float, float, l
         worst,
         [entries[i] for i in np.flatnonzero(arm & ~determined)],
     )
+
+
+def choose(
+    Z: Array, P: Array, n: int, weigh: Array | None = None, posture: NDArray[np.int_] | None = None
+) -> tuple[list[int], Array]:
+    """Choose n of c candidates one after another, and return their indices and the covariance (p, p) with them.
+
+    The next one raises ln det(I + Z P Z^T) most (D-optimal), or lowers tr(W P) most, which is by tr((I + Z P Z^T)^-1
+    Z P W P Z^T) (L-optimal; Atkinson, Donev and Tobias 2007).
+
+    Args:
+        Z: (c, m, p) whitened columns. P: (p, p) covariance without them.
+        weigh: (p, p) positive semidefinite W; None for D-optimal. posture: (c,) number of the posture of each, of
+            which one is chosen at most; None where all differ.
+    """
+    posture = np.arange(len(Z)) if posture is None else posture
+    chosen, free = list[int](), np.ones(len(Z), dtype=bool)
+    for _ in range(n):
+        ZP = Z @ P
+        S = np.eye(Z.shape[1]) + ZP @ Z.mT
+        if weigh is None:
+            gain = np.linalg.slogdet(S)[1]
+        else:
+            gain = np.trace(np.linalg.solve(S, ZP @ weigh @ ZP.mT), axis1=1, axis2=2)
+        chosen.append(int(np.argmax(np.where(free, gain, -np.inf))))
+        free &= posture != posture[chosen[-1]]
+        P = _updated(P, Z[chosen[-1]])
+    return chosen, P
 
 
 def separate(fit: Fit, pool: Problem, pair: list[type[Effect]], n: int) -> tuple[list[int], float, float]:
