@@ -57,37 +57,48 @@ def spring_covariance(model: Model) -> Array:
     return S
 
 
-def remaining_fraction(model: Model, state: State, covariance: Array | None = None) -> tuple[float, float]:
+def scatter_covariance(model: Model) -> Array:
+    """Return the covariance (12, 12) of the logarithms of the six compliances and of the masses of bodies 1 to 6.
+
+    Nobody who knows the springs of a model knows the masses of its links by that: they scatter as those of the type.
+    """
+    masses = np.ones(7) if model.robot.mass_factor is None else model.robot.mass_factor
+    S = np.diag(np.concatenate([np.zeros(6), np.log(masses[1:]) ** 2]))
+    S[:6, :6] = spring_covariance(model)
+    return S
+
+
+def remaining_fraction(
+    model: Model, state: State, covariance: Array | None = None, weights: bool = True
+) -> tuple[float, float]:
     """Return a 95 % interval of the share of the deflection that remains after a correction with uncertain stiffness.
 
     The deflection of the TCP is d = sum_js x_js, the share of joint j under source s (bodies 1 to 6; all that is
     stated: payload, force, effects), x_js = J_j c_j tau_js. An arm has a_js = f_j g_s times as much of each: f_j its
-    compliance over that of the model, log-normal (`spring_covariance`); g_s its mass over the estimate,
-    log-normal with one standard deviation at the body's factor, 1 for what is stated. Over all states, with the Gram
+    compliance over that of the model, g_s its mass over the estimate, log-normal (`scatter_covariance`), 1 for what
+    is stated. Over all states, with the Gram
     matrix G of the shares, what remains of that arm's deflection is rho = sqrt((a - 1)^T G (a - 1) / a^T G a); its
     quantiles are taken over a scrambled Sobol sequence (Owen 1998), the same every time. Above 1 the correction is
     worse than none.
 
     Args:
         state: n states with all loads, where the correction is made.
-        covariance: (6, 6) of the logarithms of the compliances; None for what is known of the model.
+        covariance: as of `scatter_covariance`, where more is known; None for what the model knows.
+        weights: False counts the deflection by stated loads alone, without that by the weights of the links.
 
     Returns:
         2.5 % and 97.5 % quantiles of rho.
     """
     from scipy.stats import norm, qmc
 
-    shares = _shares(model, state)
-    gram = shares @ shares.T
+    shares = deflection_shares(model, state)
+    shares[:, :6] *= weights
+    gram = (flat := shares.reshape(42, -1)) @ flat.T
     if not gram.any():
         return 0.0, 0.0
-    robot = model.robot
-    S = spring_covariance(model) if covariance is None else covariance
-    masses = np.log(np.ones(7) if robot.mass_factor is None else robot.mass_factor)[1:]
-    normal = norm.ppf(qmc.Sobol(6 + len(masses), rng=np.random.default_rng(0)).random(DRAWS))
-    size, turned = np.linalg.eigh(S)
-    springs = normal[:, :6] @ (turned * np.sqrt(np.maximum(size, 0.0))) @ turned.T
-    drawn = np.exp(np.hstack([springs, normal[:, 6:] * masses]))
+    size, turned = np.linalg.eigh(scatter_covariance(model) if covariance is None else covariance)
+    normal = norm.ppf(qmc.Sobol(len(size), rng=np.random.default_rng(0)).random(DRAWS))
+    drawn = np.exp(normal @ (turned * np.sqrt(np.maximum(size, 0.0))) @ turned.T)
     sources = np.column_stack([drawn[:, 6:], np.ones(DRAWS)])
     a = (drawn[:, :6, None] * sources[:, None, :]).reshape(DRAWS, -1)
     remaining, full = (np.einsum("kp,pq,kq->k", x, gram, x, optimize=True) for x in (a - 1.0, a))
@@ -95,22 +106,21 @@ def remaining_fraction(model: Model, state: State, covariance: Array | None = No
     return float(low), float(high)
 
 
-def _shares(model: Model, state: State) -> Array:
-    """Return the shares (42, 3 n) of the TCP's deflection [m] by joint and source of its torque.
+def deflection_shares(model: Model, state: State) -> Array:
+    """Return the shares (6, 7, n, 3) of the TCP's deflection [m] by joint and source of its torque.
 
-    Rows run over the six joints, for each of them over the weights of bodies 1 to 6 and then all stated loads. They are
-    zero without joint springs.
+    Sources are the weights of bodies 1 to 6, then all stated loads. The shares are zero without joint springs.
     """
     spring = model.in_role(Role.JOINT_SPRINGS)
     if spring is None:
-        return np.zeros((42, 3 * len(state)))
+        return np.zeros((6, 7, len(state), 3))
     state = model.with_arm(state)
     full = _torques(model, state)
     bare = state.with_(payload_mass=None, wrench=None)
     single = [_torques(_only(model, body), bare) for body in range(1, 7)]
     torques = np.stack([*single, full - np.sum(single, axis=0)])  # (7, n, 6)
     columns = jacobian(model.robot, state.q, state.T_flange_tcp)[:, :3] * spring.vector()  # (n, 3, 6)
-    return np.einsum("nij,snj->jsni", columns, torques).reshape(42, -1)
+    return np.einsum("nij,snj->jsni", columns, torques)
 
 
 def _torques(model: Model, state: State) -> Array:

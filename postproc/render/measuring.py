@@ -14,14 +14,6 @@ from postproc.robot.arm import Robot
 
 RUN_UP = np.radians(2.0)  # more than any gearbox plays
 SETTLE_S = 1.0
-PURPOSES = {
-    "gauge": "a dial gauge is read at each without and with its load",
-    "tip": "the tool is jogged onto the tip at each",
-    "plane": "a search finds the plane at each",
-    "distance": "the distance to the anchor is read at each",
-    "position": "the tool centre point is measured at each",
-}
-"""What is done at the set-ups of each kind."""
 
 
 def measuring_module(
@@ -74,30 +66,10 @@ def setups_module(plan: SetupPlan, table: str, signal: str) -> bytes:
         table: name of the table. signal: digital input of the search that says when a plane is touched.
     """
     robot, kind, tool = plan.model.robot, plan.kind, plan.model.T_flange_tcp
-    turn = Rotation.from_matrix(tool[:3, :3]).as_quat(scalar_first=True)
-    stops = [
-        {
-            "id": plan.ids[i],
-            "words": plan.words[i],
-            "name": plan.names[i],
-            "joints": plan.begin[i],
-            "approach": np.clip(plan.begin[i] - RUN_UP, robot.lower, robot.upper),
-            "search": -2e3 * BACK * plan.direction[i],
-            "kg": f"{np.asarray(plan.state.payload_mass)[i]:g}",
-            "load": plan.loads[i] or "nothing",
-            "lines": [f"gauge {plan.words[i]}, set to 0", f"{plan.loads[i]} on, read", "load off"]
-            if kind == "gauge"
-            else ["read"],
-        }
-        for i in range(len(plan.ids))
-    ]
-    values: dict[str, object] = {
-        "module": "MeasureSetups",
-        "table": table,
-        "purpose": PURPOSES[kind],
-        "stops": stops,
-        "kind": kind,
-    }
-    values |= {"touching": kind in ("tip", "plane"), "file": f"{kind}.csv", "signal": signal, "wait_s": SETTLE_S}
-    values |= {"tool": 1e3 * tool[:3, 3], "turn": turn}
+    run_up = np.clip(plan.begin - RUN_UP, robot.lower, robot.upper)
+    columns = {"id": plan.ids, "words": plan.words, "name": plan.names, "joints": plan.begin, "approach": run_up}
+    columns |= {"load": plan.loads, "kg": plan.state.payload_mass, "search": -2e3 * BACK * plan.direction}
+    stops = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+    values = {"table": table, "stops": stops, "kind": kind, "signal": signal, "wait_s": SETTLE_S}
+    values |= {"tool": 1e3 * tool[:3, 3], "turn": Rotation.from_matrix(tool[:3, :3]).as_quat(scalar_first=True)}
     return (fill(load_template(environment(), "setups_module.j2"), values) + "\n").encode("latin-1", "replace")

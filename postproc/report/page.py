@@ -59,11 +59,12 @@ def render_certificate(document: Document) -> str:
     return str(render("certificate.html.j2", document=document, style=asset("page.css"), version=__version__))
 
 
-def render_sheet(document: Document, boxes: Sequence[str]) -> str:
-    """Render a plan as a sheet to print: a table, then drawings; each row has empty boxes for what is noted."""
+def render_sheet(document: Document) -> str:
+    """Render a plan of first measurements as a sheet to print: a row of empty boxes for each, then drawings."""
     drawings = Markup(_html(document.sections[1].blocks[0], ""))
-    values = {"document": document, "boxes": boxes, "drawings": drawings, "style": asset("page.css")}
-    return str(render("sheet.html.j2", **values, version=__version__))
+    return str(
+        render("sheet.html.j2", document=document, drawings=drawings, style=asset("page.css"), version=__version__)
+    )
 
 
 def _html(block: Block, scene: str) -> str:

@@ -10,33 +10,12 @@ from postproc.diagnostics import joined
 from postproc.effects.roles import Role
 from postproc.identification.planning.setups import SetupPlan
 from postproc.model.uncertainty import parameter_name
-from postproc.report.blocks import Chart, DataTable, Document, Figure, Section, Values
+from postproc.report.blocks import Chart, DataTable, Document, Section, Values
 from postproc.report.drawing.postures import posture_drawings
 
-WHAT = {
-    "gauge": "readings of a dial gauge without and with the load",
-    "tip": "touches of a tip",
-    "plane": "touches of the faces of a cube",
-    "distance": "lengths of a ball bar",
-    "position": "measured positions",
-}
-HOW = {
-    "gauge": "At each posture: set the stand where the gauge feels the tool in the stated direction, set it to zero "
-    "without the load, put the load on, wait until it is still, note the reading, take the load off.",
-    "tip": "At each posture: jog the tip of the tool onto the fixed tip and start; the program notes the joint angles.",
-    "plane": "The program searches the cube's faces and notes the joint angles of each touch.",
-    "distance": "At each posture: note the distance from the anchor to the tool centre point.",
-    "position": "At each posture: measure the tool centre point.",
-}
-BOXES = {
-    "gauge": ("without load [mm]", "with load [mm]"),
-    "distance": ("distance [mm]",),
-    "position": ("x [mm]", "y [mm]", "z [mm]"),
-}
-"""What is noted by hand at a set-up, by kind."""
 DRAWING_WIDTH = 120  # pixels
 LINKS_MATTER = 0.5
-"""Share of what remains that is said of the links' weights."""
+"""Share of what remains below which that by the loads alone says how much the weights of the links matter."""
 
 
 def first_plan_document(name: str, plan: SetupPlan) -> Document:
@@ -45,18 +24,21 @@ def first_plan_document(name: str, plan: SetupPlan) -> Document:
     Args:
         name: of the model, for the title.
     """
-    s, columns = plan, ("", *(f"J{j} [deg]" for j in range(1, 7)), "load", "read", "expected [mm]")
-    rows = [
-        (i, *np.degrees(q).round(1).tolist(), load or "none", words, round(1e3 * change, 3) or "")
-        for i, q, load, words, change in zip(s.ids, s.state.q, s.loads, s.words, s.change.tolist(), strict=True)
-    ]
+    columns = (
+        "",
+        *(f"J{j} [deg]" for j in range(1, 7)),
+        "load",
+        "grows towards" if plan.kind == "gauge" else "touched",
+        "expected [mm]",
+    )
+    change, q = (1e3 * plan.change).round(3).tolist(), np.degrees(plan.state.q).round(1).tolist()
+    listed = zip(plan.ids, q, plan.loads, plan.words, change, strict=True)
+    rows = [(name, *angles, load or "none", words, off or "") for name, angles, load, words, off in listed]
     drawn = Chart(lambda: posture_drawings(plan.model, plan.state.q, plan.ids, plan.direction), DRAWING_WIDTH)
     return Document(
         title=f"postproc plan {name}",
         values=first_plan_values(plan),
         sentence=first_plan_sentence(plan),
-        figures=[Figure("set-ups", len(plan.ids))],
-        basis=HOW[plan.kind],
         sections=[
             Section("Readings", [DataTable("set-ups", columns, rows, brief=range(3))]),
             Section("Postures from the side", [drawn]),
@@ -72,7 +54,8 @@ def first_plan_values(plan: SetupPlan) -> Values:
         "poses": len(plan.state),
         "expected_remaining_fraction_before": _rounded(plan.before),
         "expected_remaining_fraction_after": _rounded(plan.after),
-        "expected_remaining_fraction_of_link_weights": _rounded(plan.links),
+        "expected_remaining_fraction_of_loads_before": _rounded(plan.load_before),
+        "expected_remaining_fraction_of_loads_after": _rounded(plan.load_after),
         "stays_unknown": _names(plan, plan.unknown),
         "never_loaded": _names(plan, plan.unloaded),
         "set_ups": [
@@ -84,15 +67,17 @@ def first_plan_values(plan: SetupPlan) -> Values:
 
 def first_plan_sentence(plan: SetupPlan) -> str:
     """Say what share of the deflection is expected to remain before and after, and which springs stay unknown."""
-    shares = (plan.before, plan.after, plan.links)
-    before, after, links = (f"{100 * low:.0f} to {100 * high:.0f} %" for low, high in shares)
+    shares = (plan.before, plan.after, plan.load_before, plan.load_after)
+    before, after, load_before, load_after = (f"{100 * low:.0f} to {100 * high:.0f} %" for low, high in shares)
     lines = [
         f"Of the deflection of `{plan.model.robot.name}` in this region {before} is expected to remain after a "
-        f"correction as the arm is known now, {after} with {len(plan.state)} {WHAT[plan.kind]}."
+        f"correction as the arm is known now, {after} with these {len(plan.state)} set-ups."
     ]
-    if plan.links[1] > LINKS_MATTER * plan.after[1]:
+    if plan.load_before[1] > 0:
+        lines.append(f"Of the deflection by the load alone it is {load_before} now, {load_after} with them.")
+    if plan.kind == "gauge" and plan.load_after[1] < LINKS_MATTER * plan.after[1]:
         lines.append(
-            f"The weights of its links are estimates: these leave {links}, and no load on the tool tells them."
+            "The weights of its links make the difference: they are estimates, and no load on the tool tells them."
         )
     if 0 in plan.unloaded:
         lines.append("A weight never loads joint 1: pull sideways with a spring balance, too (`--pull N`).")

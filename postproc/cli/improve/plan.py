@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from postproc.cli.improve.first_plan import FirstOptions, Wanted, plan_first
+from postproc.cli.improve.first_plan import FirstOptions, plan_first
 from postproc.cli.improve.model_options import ArmOptions, MeasuredOptions, opened
 from postproc.cli.inputs import short_names
 from postproc.cli.options import AS_WRITTEN, Flag, Output, ReportFile
@@ -65,8 +65,9 @@ def run(
     from postproc.results.plan import plan_document
 
     if not data:
-        wanted = Wanted(count, _box(region), table.sigma, output, rapid, report, json)
-        return plan_first(model, first, arm_options, wanted)
+        box, sigma = _box(region), table.sigma
+        files = (output, rapid, report)
+        return plan_first(model, first, arm_options, count, files, box=box, sigma=sigma, json=json)
     arm, measured = opened(model, data, arm_options, table, output, rapid, report, also=candidates)
     listed = None if candidates is None else table.read([candidates], arm.robot, False, arm.station).state
     q, axes = (None, None) if listed is None else (listed.q, listed.external_axes)

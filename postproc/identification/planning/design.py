@@ -133,7 +133,7 @@ def sharpen(fit: Fit, pool: Problem, n: int) -> tuple[list[int], float, float, l
 
 
 def choose(
-    Z: Array, P: Array, n: int, weigh: Array | None = None, posture: NDArray[np.int_] | None = None
+    Z: Array, P: Array, n: int, weigh: Array | None = None, groups: NDArray[np.int_] | None = None
 ) -> tuple[list[int], Array]:
     """Choose n of c candidates one after another, and return their indices and the covariance (p, p) with them.
 
@@ -142,11 +142,14 @@ def choose(
 
     Args:
         Z: (c, m, p) whitened columns. P: (p, p) covariance without them.
-        weigh: (p, p) positive semidefinite W; None for D-optimal. posture: (c,) number of the posture of each, of
-            which one is chosen at most; None where all differ.
+        weigh: (p, p) positive semidefinite W; None for D-optimal.
+        groups: (c, 2) number of the posture of each, of which one is chosen at most, and of what it touches, of which
+            all are chosen as often as there are postures for; None where no two have a posture in common.
     """
-    posture = np.arange(len(Z)) if posture is None else posture
-    chosen, free = list[int](), np.ones(len(Z), dtype=bool)
+    posture, touched = (
+        np.column_stack([np.arange(len(Z)), np.zeros(len(Z), dtype=int)]).T if groups is None else groups.T
+    )
+    chosen, free, times = list[int](), np.ones(len(Z), dtype=bool), np.zeros(touched.max(initial=0) + 1, dtype=int)
     for _ in range(n):
         ZP = Z @ P
         S = np.eye(Z.shape[1]) + ZP @ Z.mT
@@ -154,9 +157,12 @@ def choose(
             gain = np.linalg.slogdet(S)[1]
         else:
             gain = np.trace(np.linalg.solve(S, ZP @ weigh @ ZP.mT), axis1=1, axis2=2)
-        chosen.append(int(np.argmax(np.where(free, gain, -np.inf))))
-        free &= posture != posture[chosen[-1]]
-        P = _updated(P, Z[chosen[-1]])
+        rare = free & (times[touched] == times[touched[free]].min(initial=n))
+        best = int(np.argmax(np.where(rare, gain, -np.inf)))
+        chosen.append(best)
+        free &= posture != posture[best]
+        times[touched[best]] += 1
+        P = _updated(P, Z[best])
     return chosen, P
 
 

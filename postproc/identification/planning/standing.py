@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
+from postproc.model.arm import Model
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import body_poses, forward, jacobian
 from postproc.robot.pose import pose_error
@@ -20,6 +21,8 @@ CLEAR = 0.07
 """Distance of the TCP from the arm's own column, upper arm and forearm, over the arm's length."""
 LEAST_TURN = np.radians(15.0)
 """Bend of joint 5 by which a posture is away from the straight wrist."""
+UPWARD = 0.5
+"""Largest height of the tool's direction, a unit vector."""
 AHEAD = np.cos(np.radians(60.0))
 """Cosine of the largest angle by which the TCP stands beside the side to which the arm points at zero."""
 STEPS = 12
@@ -36,30 +39,31 @@ def working_box(robot: Robot) -> Array:
     return np.array([[0.35 * length, -0.6 * length, LOWEST], [0.9 * length, 0.6 * length, min(HIGHEST, length)]])
 
 
-def standing_poses(robot: Robot, tool: Array, box: Array, count: int, g: np.random.Generator) -> Array:
+def standing_poses(arm: Model, box: Array, count: int, g: np.random.Generator) -> Array:
     """Return up to ``count`` random postures (n, 6) [rad] with the TCP in a box, at which somebody can work.
 
     Args:
-        tool: (4, 4) T_flange_tcp. box: (2, 3) lowest and highest x, y, z of the TCP [m], base axes.
+        box: (2, 3) lowest and highest x, y, z of the TCP [m], base axes.
     """
+    robot = arm.robot
     low, high = np.maximum(robot.lower + MARGIN, -np.pi), np.minimum(robot.upper - MARGIN, np.pi)
     q = g.uniform(low, high, (DRAWN, 6))
-    return q[can_work(robot, tool, box, q)][:count]
+    return q[can_work(arm, box, q)][:count]
 
 
-def can_work(robot: Robot, tool: Array, box: Array, q: Array) -> NDArray[np.bool_]:
+def can_work(arm: Model, box: Array, q: Array) -> NDArray[np.bool_]:
     """Return (n,) which postures (n, 6) [rad] have room for a person's hands and a stand at the TCP.
 
-    The TCP is in the box and away from the arm itself, no wrist is below it by more than the tool is long or straight,
-    the tool does not point up, and no joint is near a limit.
+    The TCP is in the box, on the side to which the arm points, and away from the arm itself; no body is near the plane
+    of the base, the tool does not point up, the wrist is not straight, and no joint is near a limit.
     """
+    robot, length = arm.robot, arm_length(arm.robot)
     T = body_poses(robot, q)
     flange = T[:, 6] @ robot.link[6]
-    tip = flange @ tool
-    p, length = tip[:, :3, 3], arm_length(robot)
+    p = (flange @ arm.T_flange_tcp)[:, :3, 3]
     good = ((p >= box[0] - 1e-6) & (p <= box[1] + 1e-6)).all(axis=1)
     good &= ((q >= robot.lower + MARGIN) & (q <= robot.upper - MARGIN)).all(axis=1)
-    good &= (flange[:, 2, 2] < 0.5) & (T[:, 3:, 2, 3].min(axis=1) > 0.5 * LOWEST)
+    good &= (flange[:, :3, 2] @ arm.R_world_base[2] < UPWARD) & (T[:, 3:, 2, 3].min(axis=1) > 0.5 * LOWEST)
     ahead = forward(robot, np.zeros((1, 6)))[0, :2, 3] @ _turned(q[:, 0])
     good &= np.sum(ahead * p[:, :2], axis=1) > AHEAD * np.linalg.norm(ahead, axis=1) * np.linalg.norm(p[:, :2], axis=1)
     good &= np.abs(np.sin(q[:, 4])) > np.sin(LEAST_TURN)
@@ -68,15 +72,16 @@ def can_work(robot: Robot, tool: Array, box: Array, q: Array) -> NDArray[np.bool
     return np.asarray(good)
 
 
-def moved_onto(robot: Robot, tool: Array, q: Array, place: Array, turned: bool = True) -> Array:
+def moved_onto(arm: Model, q: Array, place: Array, turned: bool = True) -> Array:
     """Return postures (n, 6) [rad] near some (n, 6), whose TCP is at a place (n, 3) [m]; NaN where none was reached.
 
     Newton's steps of least turn, damped (Nakamura and Hanafusa 1986).
 
     Args:
-        tool: (4, 4) T_flange_tcp. turned: the tool may turn; False keeps its orientation.
+        turned: the tool may turn; False keeps its orientation.
     """
-    wanted, rows = forward(robot, q) @ tool, 3 if turned else 6
+    robot, tool, rows = arm.robot, arm.T_flange_tcp, 3 if turned else 6
+    wanted = forward(robot, q) @ tool
     wanted[:, :3, 3] = place
     for _ in range(STEPS):
         off = pose_error(forward(robot, q) @ tool, wanted)[:, :rows, None]

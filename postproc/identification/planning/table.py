@@ -8,16 +8,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.channels.state import AXES, COLUMNS, State
-from postproc.identification.planning.setups import SetupPlan
-
-NAMED: Mapping[str, tuple[str, ...]] = {
-    "gauge": ("gauge", "nx", "ny", "nz", "reading_mm"),
-    "tip": ("tip",),
-    "plane": ("plane",),
-    "distance": ("anchor", "distance_mm"),
-    "position": ("x_mm", "y_mm", "z_mm"),
-}
-"""Columns that a kind of set-up adds."""
+from postproc.identification.planning.setups import SHOP, SetupPlan
 
 
 def posture_columns(state: State, extax: Array | None = None) -> dict[str, list[str]]:
@@ -59,12 +50,12 @@ def setups_csv(plan: SetupPlan) -> str:
         on = np.tile([0.0, 1.0], len(plan.state))
         mass, wrench = on * np.asarray(state.payload_mass), state.wrench
         state = state.with_(payload_mass=mass, wrench=None if wrench is None else on[:, None] * wrench)
-    columns = posture_columns(state)
-    for name in NAMED[plan.kind]:
-        columns[name] = names if name in ("gauge", "tip", "plane", "anchor") else [""] * len(ids)
+    columns, kind = posture_columns(state), SHOP[plan.kind]
+    if kind.column:
+        columns[kind.column] = names
     if plan.kind == "gauge":
         columns |= _cells(("nx", "ny", "nz"), direction)
-    return as_csv(ids, columns)
+    return as_csv(ids, columns | {name: [""] * len(ids) for name in kind.reading})
 
 
 def _cells(names: Sequence[str], values: Array, form: str = ".8g") -> dict[str, list[str]]:

@@ -9,10 +9,13 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.model.arm import Model
+from postproc.report.drawing.charts import line
 from postproc.robot.kinematics import body_poses
 
 SIZE = 130
 """Width and height of a drawing [pixels]."""
+AIM = 18
+"""Length of the arrow at the tool [pixels]."""
 
 
 def posture_drawings(model: Model, q: Array, labels: Sequence[str], towards: Array) -> list[str]:
@@ -32,18 +35,13 @@ def posture_drawings(model: Model, q: Array, labels: Sequence[str], towards: Arr
     arrow = np.stack([np.sum(towards[:, :2] * ahead, axis=1), towards[:, 2]], axis=-1)
     low, high = np.minimum(flat.min(axis=(0, 1)), 0.0), flat.max(axis=(0, 1))
     scale = (SIZE - 30) / float(np.max(high - low))
-
-    def placed(points: Array) -> str:
-        """Return points (k, 2) [m] as pixels of a path."""
-        at = np.column_stack([10 + scale * (points[:, 0] - low[0]), SIZE - 10 - scale * (points[:, 1] - low[1])])
-        return "L".join(f"{x:.1f} {y:.1f}" for x, y in at)
-
     drawn = []
     for points, way, label in zip(flat, arrow, labels, strict=True):
         floor = np.array([[low[0], 0.0], [high[0], 0.0]])
-        tip = np.array([points[-1], points[-1] + 18 / scale * way])
-        paths = [("frame", floor), ("line chosen", points), *([("line aim", tip)] if way.any() else [])]
-        lines = "".join(f'<path d="M{placed(p)}" class="{kind}"/>' for kind, p in paths)
+        aim = np.array([points[-1], points[-1] + AIM / scale * way])
+        strokes = [(floor, "frame"), (points, "chosen"), (aim, "aim")]
+        placed = [(np.array([10, SIZE - 10]) + scale * (p - low) * [1, -1], kind) for p, kind in strokes]
+        lines = "".join(line(p, kind) for p, kind in placed)
         head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{SIZE}" height="{SIZE}" viewBox="0 0 {SIZE} {SIZE}"'
         text = f'<text x="6" y="14">{escape(label)}</text>'
         drawn.append(f'{head} role="img" aria-label="{escape(label)} from the side">{lines}{text}</svg>')
