@@ -14,6 +14,7 @@ from postproc.estimation.linear import solve_positive
 from postproc.estimation.priors import UNDETERMINED_SHARE, Prior, is_placed, lognormal_deviation, prior_of
 from postproc.estimation.solution import Solution
 from postproc.estimation.solving.step import Name
+from postproc.model.arm import Model
 from postproc.model.uncertainty import derivatives
 
 POSES_IN_RANGE = 100
@@ -25,6 +26,8 @@ FORCE = 0.5
 """Share of the weight of the rated payload that pulls in any direction where a model is asked for what rows lack."""
 TAIL = 2.0
 """Deviations of a logarithm beyond which a prior pulls no harder: an arm may be unlike all others of its type."""
+SOFTEST = 3.0
+"""Deviations of the logarithm of a compliance beyond which no arm is asked where it would stand."""
 STEPS, SETTLED = 60, 1e-10
 SMALLEST = 1e-3
 """Share of the prior's median from which a positive parameter begins that the rows alone make smaller or negative."""
@@ -280,6 +283,16 @@ def _factor(covariance: Array) -> Array:
     return np.asarray(np.linalg.cholesky(covariance / np.outer(scale, scale)) * scale[:, None])
 
 
+def _as_stiff_as_arms_are(model: Model) -> Model:
+    """Return the model with joint springs no softer than their priors allow: few rows may make them softer than any."""
+    effects = []
+    for effect in model.effects:
+        prior = prior_of(effect, model)
+        most = np.where(prior.log, prior.value * np.exp(SOFTEST * np.where(prior.log, prior.spread, 0.0)), np.inf)
+        effects.append(effect.with_vector(np.minimum(effect.vector(), most)) if prior.log.any() else effect)
+    return model.with_effects(*effects)
+
+
 def _moves(fit: Solution, names: Sequence[Name], unit: Array, taken: Array) -> tuple[Array, Array]:
     """Return (h,) rms moves [m] of the TCP per unit of each undetermined parameter: those no row shows, and all.
 
@@ -297,7 +310,7 @@ def _moves(fit: Solution, names: Sequence[Name], unit: Array, taken: Array) -> t
     random = np.random.default_rng(1).normal(size=(POSES_IN_RANGE, 6))
     force = FORCE * GRAVITY * (10.0 if robot.payload is None else robot.payload)
     states = states.with_(wrench=random * np.repeat([force, 0.1 * force], 3))
-    D = derivatives(fit.model, states, names)[0] * unit
+    D = derivatives(_as_stiff_as_arms_are(fit.model), states, names)[0] * unit
     moves = D[:, :, count:] - D[:, :, :count] @ taken
     total, unseen = (np.sqrt(np.mean(x**2, axis=(0, 1))) for x in (D[:, :, count:], moves))
     return np.asarray(unseen), np.asarray(total)

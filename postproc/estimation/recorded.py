@@ -12,6 +12,7 @@ from postproc import __version__
 from postproc.diagnostics import PostprocError
 from postproc.effects.roles import FRAME_ROLES
 from postproc.estimation.fitted import Fit
+from postproc.estimation.solving.setups import lasting
 from postproc.measure.checks.readings import MISMATCH_M
 from postproc.measure.consensus import agreement
 from postproc.measure.errors import distances
@@ -28,7 +29,9 @@ def recorded_model(fit: Fit) -> Model:
     """Return the fitted model with its table [fit]: data and its hash, figures, covariance, measured range, version."""
     data = fit.data
     after = fit.posterior
+    model, renamed = lasting(fit.model)
     known = Uncertainty(after.names, after.covariance, pose_error_sigma(fit), after.unidentifiable, after.directions)
+    known = known.renamed("setup", renamed)
     regions = fit.regions
     if regions is not None:
         known = replace(known, beyond=beyond_sigma(fit) or 0.0, measured=regions.field)
@@ -38,7 +41,7 @@ def recorded_model(fit: Fit) -> Model:
         key("rms"): mm(fit.rms),
         **({} if fit.unseen_rms is None else {key("held_out_rms"): mm(fit.unseen_rms)}),
         "version": __version__,
-        **uncertainty_table(fit.model, known),
+        **uncertainty_table(model, known),
         "undetermined": [parameter_name(fit.model, *name) for name in undetermined(fit)],
         "range": range_table(data.state),
     }
@@ -56,8 +59,8 @@ def recorded_model(fit: Fit) -> Model:
         hashes = [hashlib.sha256(source.data).hexdigest() for source in data.sources]
         table["data"], table["data_sha256"] = (names, hashes) if names[1:] else (names[0], hashes[0])
     if regions is None or regions.surest is None:
-        return replace(fit.model, fit=table)
-    surest, added = regions.surest, fit.model
+        return replace(model, fit=table)
+    surest, added = lasting(regions.surest)[0], model
     table["local"] = [e.key for e in added.effects if surest.effect(e.key) is None]
     table["surest"] = {e.key: [float(f"{x:.12g}") for x in e.vector()] for e in surest.effects}
     return replace(added, fit=table, surest=surest)

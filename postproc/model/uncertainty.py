@@ -108,6 +108,20 @@ class Uncertainty:
     beyond: float = 0.0
     measured: Field | None = None
 
+    def renamed(self, key: str, index: Mapping[int, int]) -> Uncertainty:
+        """Return the same with other indices of the parameters of one effect, without those that have none."""
+        every = (*self.parameters, *self.held)
+        kept = [k for k, (of, i) in enumerate(every) if of != key or i in index]
+        names = [(of, index[i] if of == key else i) for of, i in (every[k] for k in kept)]
+        fitted = [k for k in kept if k < len(self.parameters)]
+        return replace(
+            self,
+            parameters=tuple(names[: len(fitted)]),
+            covariance=self.covariance[np.ix_(fitted, fitted)],
+            held=tuple(names[len(fitted) :]),
+            unseen=self.unseen[:, kept] if self.unseen.size else self.unseen,
+        )
+
 
 def uncertainty_table(model: Model, known: Uncertainty) -> dict[str, Any]:
     """Return the keys of the table [fit] of a model file that state a fit's uncertainty.

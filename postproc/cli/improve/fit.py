@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Set
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,7 +12,7 @@ from cyclopts import Parameter
 from postproc import BASE
 from postproc.cli.improve.model_options import ArmOptions, MeasuredOptions
 from postproc.cli.inputs import assumed, short_names
-from postproc.cli.options import Flag, Output, Tables, TextFlag, VectorText, parse_vector
+from postproc.cli.options import Flag, Output, Tables, TextFlag, VectorText, parse_tool, parse_vector
 from postproc.cli.output import check_outputs, present, write_model
 from postproc.cli.printing import say, say_next, show
 from postproc.cli.progress import watching
@@ -32,6 +33,7 @@ def run(
     robot: str | None = None,
     effects: Annotated[str | None, Parameter(name="--effects")] = None,
     mounting: VectorText | None = None,
+    tool: VectorText | None = None,
     cell: Path | None = None,
     output: Output = None,
     table: MeasuredOptions = MeasuredOptions(),
@@ -45,6 +47,7 @@ def run(
         effects: effects to fit, KEY,KEY,..; FILE.py among them stands for the effects it defines, its code is run.
             Default: instrument_frame,tool_frame,joint_offset,joint_compliance.
         mounting: roll, pitch, yaw of the base in the world [deg], R,P,Y: 180,0,0 hangs from a gantry. Default: 0,0,0.
+        tool: TCP of tables of joint angles, X,Y,Z [mm] in tool0. Default: the fit finds it where the rows tell it.
         cell: what carries the arm and its work: TOML file with [[external_axes]], controller's backup, or its MOC.cfg.
             Default: that of ``postproc.toml``.
         output: model file to write. Default: stdout, and nowhere with --json.
@@ -69,6 +72,7 @@ def run(
     measured = table.read(data, arm, at=station)
     turned = stated.mounting or (0.0, 0.0, 0.0) if mounting is None else parse_vector("--mounting", mounting, "180,0,0")
     model = Model(arm, R_world_base=rpy(np.radians(turned)), robot_name=robot)
+    model = model if tool is None else replace(model, T_flange_tcp=parse_tool(tool))
     model = model if station is None else model.at_station(station)
     with watching("fitting") as watch:
         fit = fit_effects(model, measured, classes, noise=table.sigma, watch=watch)

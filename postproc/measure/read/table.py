@@ -22,6 +22,7 @@ from postproc.measure.read.commanded import Commanded, commanded_joints, program
 from postproc.measure.read.external_axes import check_work, with_external_axes
 from postproc.measure.read.layout import read_column_map
 from postproc.measure.read.lookup import Table, missing_help
+from postproc.measure.read.setups import with_setups
 from postproc.measure.read.terms import AS_IT_IS, Reading, accepted
 from postproc.measure.read.values import as_number, is_number
 from postproc.measure.trajectory import sides_from_before, with_motion
@@ -63,10 +64,13 @@ def read_measurements(
         cells = join(cells, read_cells(terms.joints, layout, diagnostics), layout.header, diagnostics)
     table = Table(cells, layout, diagnostics)
     turns = table.turns(names.ORIENTATION, layout.orientation)
-    if measured and turns is None and not {*names.POSITION, *names.MEASURED_JOINTS} & table.place.keys():
+    read = {*names.POSITION, *names.MEASURED_JOINTS, *names.SETUPS}
+    if measured and turns is None and not read & table.place.keys():
         message = "nothing was measured: there is no column `x_mm`, `y_mm`, `z_mm`, nor `qw`, nor `mq1_deg`"
+        message += ", nor `tip`, `plane`, `anchor`, `gauge`, `from`"
         raise PostprocError.of("DAT002", message, source, help=missing_help(cells))
     data = _rows(table, robot, program, terms, None if turns is None else turns.matrix)
+    data = with_setups(data, table, measured)
     data, still = with_references(data, robot, layout.references)
     diagnostics += still
     unit = table.place["x_mm"].unit if "x_mm" in table.place else "mm"
