@@ -79,7 +79,7 @@ def first_plan_sentence(plan: SetupPlan) -> str:
         lines.append(
             "The weights of its links make the difference: they are estimates, and no load on the tool tells them."
         )
-    if 0 in plan.unloaded:
+    if plan.kind == "gauge" and 0 in plan.unloaded:
         lines.append("A weight never loads joint 1: pull sideways with a spring balance, too (`--pull N`).")
     if little := [f"joint {j + 1}" for j in plan.unknown if j not in plan.unloaded]:
         lines.append(f"The springs of {joined(little)} hardly move the tool under these loads, and stay as the type's.")

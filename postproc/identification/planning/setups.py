@@ -21,7 +21,13 @@ from postproc.effects.registry import effect_in_role
 from postproc.effects.roles import Role
 from postproc.estimation.priors import UNDETERMINED_SHARE, prior_of
 from postproc.identification.planning.design import choose
-from postproc.identification.planning.standing import arm_length, can_work, moved_onto, standing_poses, working_box
+from postproc.identification.planning.standing import (
+    arm_length,
+    can_work,
+    moved_onto,
+    random_postures,
+    working_box,
+)
 from postproc.measure.kinds.base import POINT, TILT, Read, ReadingKind, Seen
 from postproc.measure.kinds.distance import Distance
 from postproc.measure.kinds.gauge import Gauge
@@ -57,8 +63,8 @@ SHOP: Mapping[str, ReadingKind] = {
     "position": Position(),
 }
 """What can be planned without a table."""
-POOL = 600
-"""Postures to choose from."""
+DRAWN, POOL = 2500, 600
+"""Random postures, and the most of them to choose from that somebody can work at."""
 JUDGED = 200
 """Postures over which the deflection that remains is counted."""
 READABLE = 5e-5
@@ -202,15 +208,15 @@ def plan_setups(model: Model, asked: Asked, count: int) -> SetupPlan:
     """
     arm, g = _with_springs(model), np.random.default_rng(SEED)
     box = working_box(arm.robot) if asked.box is None else asked.box
-    q = standing_poses(arm, box, POOL, g)
-    postures = _postures(arm, asked.kind, q, box, g)
+    postures = _postures(arm, asked.kind, box, g)
     pool = _pool(arm, asked, postures)
     possible = len(np.unique(pool.posture))
-    if possible < count or not len(q):
+    if possible < count:
         message = f"{possible} set-ups can be measured here, and {count} are asked for"
         raise PostprocError.of("DAT024", message, help="widen `--region`, or take a heavier load (`--load`)")
-    judged = _loaded(arm, q[:JUDGED], asked)
-    judged = judged.rows(slice(-max(len(judged) - len(q[:JUDGED]), len(q[:JUDGED])), None))
+    q = _postures(arm, "position", box, g).q[:JUDGED]
+    judged = _loaded(arm, q, asked)
+    judged = judged.rows(slice(-max(len(judged) - len(q), len(q)), None))
     D = _columns(arm, judged, asked.kind)[0]
     P = block_diag(scatter_covariance(arm), np.eye(D.shape[2] - KNOWN))
     own = np.eye(pool.rows.shape[2] - len(P))
@@ -271,17 +277,19 @@ def _columns(arm: Model, state: State, kind: str) -> tuple[Array, Array]:
     return D, x.sum(axis=(0, 1))
 
 
-def _postures(arm: Model, kind: str, q: Array, box: Array, g: np.random.Generator) -> _Postures:
-    """Return the postures of a kind of set-ups: some q (n, 6) [rad] as they are, or moved onto what is touched there.
+def _postures(arm: Model, kind: str, box: Array, g: np.random.Generator) -> _Postures:
+    """Return postures of a kind of set-ups at which somebody can work: anywhere in a box, or on what is touched there.
 
     Args:
         box: (2, 3) region [m], in whose lower middle a spike, a cube or the anchor of a ball bar stands.
     """
-    n, middle = len(q), box[0] + np.array([0.5, 0.5, 0.3]) * (box[1] - box[0])
-    name, place, unknown = np.full(n, kind, dtype=object), np.tile(middle, (n, 1)), np.zeros((n, 6))
-    normal = np.tile([0.0, 0.0, 1.0], (n, 1))
-    if kind in ("gauge", "position"):
-        return _Postures(q, name, normal, q, unknown)
+    n, middle = DRAWN, box[0] + np.array([0.5, 0.5, 0.3]) * (box[1] - box[0])
+    name, place, unknown = (
+        np.full(n, SHOP[kind].column or kind, dtype=object),
+        np.tile(middle, (n, 1)),
+        np.zeros((n, 6)),
+    )
+    normal, touched = np.tile([0.0, 0.0, 1.0], (n, 1)), kind in ("tip", "plane")
     if kind == "plane":
         face = np.arange(n) % len(FACES)
         name, unknown[:, TILT] = np.array(list(FACES), dtype=object)[face], np.array(list(FACES.values()))[face]
@@ -292,15 +300,16 @@ def _postures(arm: Model, kind: str, q: Array, box: Array, g: np.random.Generato
         normal = g.normal(size=(n, 3))
         normal /= np.linalg.norm(normal, axis=1)[:, None]
         place, unknown[:, POINT] = place + BAR * normal, middle
-    q = moved_onto(arm, q, place)
-    there = np.isfinite(q).all(axis=1)
-    q, name, normal, place, unknown = q[there], name[there], normal[there], place[there], unknown[there]
-    T = forward(arm.robot, q) @ arm.T_flange_tcp
-    back = -T[:, :3, 2] if kind == "tip" else normal
-    begin = q if kind == "distance" else moved_onto(arm, q, place + BACK * back, turned=False)
-    good = can_work(arm, box, q) & np.isfinite(begin).all(axis=1)
-    good &= (kind == "distance") | (-np.sum(T[:, :3, 2] * normal, axis=1) > FACING)
-    return _Postures(q[good], name[good], normal[good], begin[good], unknown[good])
+    elif kind != "tip":
+        place = g.uniform(box[0], box[1], (n, 3))
+    q = moved_onto(arm, random_postures(arm.robot, n, g), place)
+    good = np.flatnonzero(can_work(arm, box, q))
+    q, name, normal, place, unknown = q[good], name[good], normal[good], place[good], unknown[good]
+    tool = (forward(arm.robot, q) @ arm.T_flange_tcp)[:, :3, 2]
+    back = -tool if kind == "tip" else normal
+    begin = moved_onto(arm, q, place + BACK * back, turned=False) if touched else q
+    good = np.isfinite(begin).all(axis=1) & ((-np.sum(tool * normal, axis=1) > FACING) | (not touched))
+    return _Postures(*(x[good][:POOL] for x in (q, name, normal, begin, unknown)))
 
 
 def _pool(arm: Model, asked: Asked, at: _Postures) -> _Pool:
@@ -329,5 +338,8 @@ def _pool(arm: Model, asked: Asked, at: _Postures) -> _Pool:
     else:
         own = at.names[posture][:, None] == np.unique(at.names)
         unknown = np.einsum("cku,cs->cksu", read.by_unknown, own.astype(float))
-        rows = np.concatenate([rows, unknown.reshape(*rows.shape[:2], -1)], axis=2)
+        rows = np.concatenate(
+            [rows, unknown.reshape(*rows.shape[:2], unknown[:1].size // max(rows.shape[1], 1) if len(rows) else 0)],
+            axis=2,
+        )
     return _Pool(state.rows(row), posture, rows, direction, change)

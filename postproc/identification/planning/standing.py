@@ -11,10 +11,10 @@ from postproc.robot.arm import Robot
 from postproc.robot.kinematics import body_poses, forward, jacobian
 from postproc.robot.pose import pose_error
 
-DRAWN = 40_000
-"""Random postures of which those that somebody can work at are kept."""
 MARGIN = np.radians(10.0)
 """Distance of each joint from its limits."""
+LARGEST = np.radians(200.0)
+"""Joint angles beyond which hoses and cables wind up."""
 LOWEST, HIGHEST = 0.2, 1.8
 """Heights [m] of the TCP above the floor that a stand and a person reach."""
 CLEAR = 0.07
@@ -39,16 +39,15 @@ def working_box(robot: Robot) -> Array:
     return np.array([[0.35 * length, -0.6 * length, LOWEST], [0.9 * length, 0.6 * length, min(HIGHEST, length)]])
 
 
-def standing_poses(arm: Model, box: Array, count: int, g: np.random.Generator) -> Array:
-    """Return up to ``count`` random postures (n, 6) [rad] with the TCP in a box, at which somebody can work.
+def comfortable_range(robot: Robot) -> tuple[Array, Array]:
+    """Return the lowest and the highest joint angles (6,) [rad] that are planned."""
+    return np.maximum(robot.lower + MARGIN, -LARGEST), np.minimum(robot.upper - MARGIN, LARGEST)
 
-    Args:
-        box: (2, 3) lowest and highest x, y, z of the TCP [m], base axes.
-    """
-    robot = arm.robot
-    low, high = np.maximum(robot.lower + MARGIN, -np.pi), np.minimum(robot.upper - MARGIN, np.pi)
-    q = g.uniform(low, high, (DRAWN, 6))
-    return q[can_work(arm, box, q)][:count]
+
+def random_postures(robot: Robot, count: int, g: np.random.Generator) -> Array:
+    """Return postures (n, 6) [rad] anywhere in the range of the joints that is planned."""
+    low, high = comfortable_range(robot)
+    return g.uniform(low, high, (count, 6))
 
 
 def can_work(arm: Model, box: Array, q: Array) -> NDArray[np.bool_]:
@@ -62,7 +61,8 @@ def can_work(arm: Model, box: Array, q: Array) -> NDArray[np.bool_]:
     flange = T[:, 6] @ robot.link[6]
     p = (flange @ arm.T_flange_tcp)[:, :3, 3]
     good = ((p >= box[0] - 1e-6) & (p <= box[1] + 1e-6)).all(axis=1)
-    good &= ((q >= robot.lower + MARGIN) & (q <= robot.upper - MARGIN)).all(axis=1)
+    low, high = comfortable_range(robot)
+    good &= ((q >= low) & (q <= high)).all(axis=1)
     good &= (flange[:, :3, 2] @ arm.R_world_base[2] < UPWARD) & (T[:, 3:, 2, 3].min(axis=1) > 0.5 * LOWEST)
     ahead = forward(robot, np.zeros((1, 6)))[0, :2, 3] @ _turned(q[:, 0])
     good &= np.sum(ahead * p[:, :2], axis=1) > AHEAD * np.linalg.norm(ahead, axis=1) * np.linalg.norm(p[:, :2], axis=1)
