@@ -105,7 +105,8 @@ def no_farther_than_nominal(fit: Fit) -> None:
     Raises:
         PostprocError: DAT009, DAT039.
     """
-    if fit.observed.name != "position" or any(fit.model.in_role(role) is None for role in FRAME_ROLES):
+    framed = all(fit.model.in_role(role) is not None for role in FRAME_ROLES)
+    if fit.observed.name != "position" or not (framed or fit.data.readings):
         return
     agreed = agreement(fit.data, fit.model.robot)
     if len(agreed.rows) < FEWEST_ROWS_JUDGED or not agreed.near:

@@ -128,7 +128,8 @@ class Measurements:
     @cached_property
     def observations(self) -> tuple[Observation, ...]:
         """The kinds of measured numbers that the table has columns for."""
-        return observations(self.rotation is not None, self.joint is not None)
+        read = self.readings is not None and not np.isfinite(self.position).any()
+        return observations(self.rotation is not None, self.joint is not None, read)
 
     @cached_property
     def observed(self) -> Observation:

@@ -1,8 +1,8 @@
-"""What an uncertain stiffness means: how much of the deflection remains once it is corrected by the model."""
+"""What an estimated stiffness means: how much of the deflection is left once it is corrected by the estimate."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from postproc.robot.arm import Robot
 from postproc.robot.kinematics import jacobian
 
 DRAWS = 4096
+QUANTILES = (0.025, 0.975)
 NORMAL_95 = 1.959964  # standard deviations of a normal distribution that hold 95 %
 STIFFNESS_FACTOR = np.array([4, 3, 2.5, 2.5, 3.5, 2.5])
 """Factors that hold 95 % of arms about the rule of the library, where an arm's file states none (docs/robot.md)."""
@@ -57,53 +58,66 @@ def spring_covariance(model: Model) -> Array:
     return S
 
 
-def scatter_covariance(model: Model) -> Array:
+def scatter_covariance(model: Model, springs: Array | None = None) -> Array:
     """Return the covariance (12, 12) of the logarithms of the six compliances and of the masses of bodies 1 to 6.
 
     Nobody who knows the springs of a model knows the masses of its links by that: they scatter as those of the type.
+
+    Args:
+        springs: (6, 6) of the compliances, where more is known of them; None for `spring_covariance`.
     """
     masses = np.ones(7) if model.robot.mass_factor is None else model.robot.mass_factor
     S = np.diag(np.concatenate([np.zeros(6), np.log(masses[1:]) ** 2]))
-    S[:6, :6] = spring_covariance(model)
+    S[:6, :6] = spring_covariance(model) if springs is None else springs
     return S
 
 
-def remaining_fraction(
-    model: Model, state: State, covariance: Array | None = None, weights: bool = True
-) -> tuple[float, float]:
-    """Return a 95 % interval of the share of the deflection that remains after a correction with uncertain stiffness.
+@dataclass(frozen=True, slots=True)
+class Scatter:
+    """What a correction with the stiffness of the type leaves on an arm of the type: intervals that hold 95 % of arms.
+
+    Args:
+        remaining: share of the arm's own deflection. of_estimate: the same as a share of the estimated deflection.
+        after_gauge: ``remaining`` once readings of a dial gauge have told the stiffness; None before that is asked.
+    """
+
+    remaining: tuple[float, float]
+    of_estimate: tuple[float, float]
+    after_gauge: tuple[float, float] | None = None
+
+
+def scatter_of(model: Model, state: State, known: Array | None = None, weights: bool = True) -> Scatter:
+    """Return 95 % intervals of what remains of the deflection after a correction with the stiffness of the type.
 
     The deflection of the TCP is d = sum_js x_js, the share of joint j under source s (bodies 1 to 6; all that is
     stated: payload, force, effects), x_js = J_j c_j tau_js. An arm has a_js = f_j g_s times as much of each: f_j its
-    compliance over that of the model, g_s its mass over the estimate, log-normal (`scatter_covariance`), 1 for what
-    is stated. Over all states, with the Gram
-    matrix G of the shares, what remains of that arm's deflection is rho = sqrt((a - 1)^T G (a - 1) / a^T G a); its
-    quantiles are taken over a scrambled Sobol sequence (Owen 1998), the same every time. Above 1 the correction is
+    compliance over that of the model, g_s its mass over the estimate, both log-normal, 1 for what is stated. Over all
+    states, with the Gram matrix G of the shares, what remains of that arm's deflection is rho = sqrt((a - 1)^T G (a -
+    1) / a^T G a), and of the estimated one sqrt((a - 1)^T G (a - 1) / 1^T G 1): soft arms bend more. Quantiles of 2.5 %
+    and 97.5 % are taken over a scrambled Sobol sequence (Owen 1998), the same every time. Above 1 the correction is
     worse than none.
 
     Args:
         state: n states with all loads, where the correction is made.
-        covariance: as of `scatter_covariance`, where more is known; None for what the model knows.
+        known: (12, 12) covariance of the logarithms of f and g; None for `scatter_covariance`.
         weights: False counts the deflection by stated loads alone, without that by the weights of the links.
-
-    Returns:
-        2.5 % and 97.5 % quantiles of rho.
     """
     from scipy.stats import norm, qmc
 
-    shares = deflection_shares(model, state)
-    shares[:, :6] *= weights
-    gram = (flat := shares.reshape(42, -1)) @ flat.T
+    parts = deflection_shares(model, state)
+    parts[:, :6] *= weights
+    gram = (flat := parts.reshape(42, -1)) @ flat.T
     if not gram.any():
-        return 0.0, 0.0
-    size, turned = np.linalg.eigh(scatter_covariance(model) if covariance is None else covariance)
-    normal = norm.ppf(qmc.Sobol(len(size), rng=np.random.default_rng(0)).random(DRAWS))
+        return Scatter((0.0, 0.0), (0.0, 0.0))
+    size, turned = np.linalg.eigh(scatter_covariance(model) if known is None else known)
+    normal = norm.ppf(qmc.Sobol(12, rng=np.random.default_rng(0)).random(DRAWS))
     drawn = np.exp(normal @ (turned * np.sqrt(np.maximum(size, 0.0))) @ turned.T)
     sources = np.column_stack([drawn[:, 6:], np.ones(DRAWS)])
     a = (drawn[:, :6, None] * sources[:, None, :]).reshape(DRAWS, -1)
     remaining, full = (np.einsum("kp,pq,kq->k", x, gram, x, optimize=True) for x in (a - 1.0, a))
-    low, high = np.quantile(np.sqrt(np.maximum(remaining, 0.0) / full), [0.025, 0.975])
-    return float(low), float(high)
+    shares = np.sqrt(np.maximum(remaining, 0.0) / [full, np.full(DRAWS, gram.sum())])
+    (low, high), (least, most) = np.quantile(shares, QUANTILES, axis=1).T.tolist()
+    return Scatter((low, high), (least, most))
 
 
 def deflection_shares(model: Model, state: State) -> Array:

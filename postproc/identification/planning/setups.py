@@ -34,7 +34,7 @@ from postproc.measure.kinds.gauge import Gauge
 from postproc.measure.kinds.plane import Plane
 from postproc.measure.kinds.tip import Tip
 from postproc.model.arm import Model
-from postproc.model.scatter import deflection_shares, remaining_fraction, scatter_covariance
+from postproc.model.scatter import deflection_shares, scatter_covariance, scatter_of
 from postproc.robot.kinematics import forward, jacobian, skew
 
 
@@ -102,7 +102,7 @@ class SetupPlan:
         change: (s,) expected difference of the readings of a gauge [m], zeros for other kinds.
         begin: (s, 6) joint angles [rad] at `BACK` before the touch, those of the posture where nothing is touched.
         before, after: 95 % interval of the share of the deflection that remains after a correction, without and with
-            the measurements (`remaining_fraction`).
+            the measurements (`scatter_of`).
         load_before, load_after: the same of the deflection by the loads alone, without the weights of the links.
         unknown: joints, from 0, of whose springs the measurements tell less than half; unloaded: those that no load of
             any set-up winds up.
@@ -227,7 +227,7 @@ def plan_setups(model: Model, asked: Asked, count: int) -> SetupPlan:
     at = np.array(chosen)
     names, mass = postures.names[pool.posture[at]], np.asarray(pool.state.payload_mass)[at]
     at = at[np.lexsort((pool.state.q[at, 0], names, mass))]
-    shares = [remaining_fraction(arm, judged, C[:KNOWN, :KNOWN], w) for w in (True, False) for C in (P, S)]
+    shares = [scatter_of(arm, judged, C[:KNOWN, :KNOWN], w).remaining for w in (True, False) for C in (P, S)]
     unknown = np.flatnonzero(np.diag(S)[:6] > UNDETERMINED_SHARE**2 * np.diag(P)[:6]).tolist()
     seen = np.abs(pool.rows[:, :, :6]).max(axis=(0, 1))
     unloaded = np.flatnonzero(seen < NEVER * seen.max()).tolist()

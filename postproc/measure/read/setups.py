@@ -11,7 +11,7 @@ from postproc.arrays import Array
 from postproc.diagnostics import PostprocError
 from postproc.measure.kinds.base import ReadingKind, Readings
 from postproc.measure.kinds.observed import KINDS
-from postproc.measure.measurements import Measurements
+from postproc.measure.measurements import FEWEST_ROWS_JUDGED, Measurements
 from postproc.measure.read import columns as names
 from postproc.measure.read.lookup import Table
 from postproc.measure.read.values import EMPTY_CELLS
@@ -156,7 +156,11 @@ STEPS_M = (1e-3, 5e-4, 1e-4, 1e-5, 1e-6)
 def scale_step(values: Array) -> float:
     """Return the largest usual step [m] of which all readings (m,) are multiples; 0 for none."""
     seen = values[np.isfinite(values)]
-    whole = (step for step in STEPS_M if len(seen) and np.abs(seen / step - np.round(seen / step)).max() < 1e-3)
+    whole = (
+        step
+        for step in STEPS_M
+        if len(seen) >= FEWEST_ROWS_JUDGED and np.abs(seen / step - np.round(seen / step)).max() < 1e-3
+    )
     return next(whole, 0.0)
 
 

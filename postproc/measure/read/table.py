@@ -12,6 +12,7 @@ from postproc.channels.state import State
 from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.measure.checks.likely_wrong import check_measurements
 from postproc.measure.checks.references import with_references
+from postproc.measure.checks.setups import check_setups
 from postproc.measure.consensus import LEAST_M, TIMES, Agreement, agreement
 from postproc.measure.measurements import Measurements
 from postproc.measure.read import columns as names
@@ -77,11 +78,12 @@ def read_measurements(
     data, agreed = _without_lost(data, agreement(data, robot), table, robot)
     check_work(data.state, table, robot, data.position)
     findings = check_measurements(data, robot, cells, turns, agreed, measured=measured, unit=unit)
-    findings = accepted([*diagnostics, *findings], terms.accept)
+    odd, misread = check_setups(data, robot, cells) if measured and data.readings is not None else ([], frozenset())
+    findings = accepted([*diagnostics, *findings, *odd], terms.accept)
     if has_errors(findings):
         raise PostprocError(findings)
     wrong = agreed.rows[agreed.wrong] if agreed.near and "DAT007" not in terms.accept else ()
-    return replace(data, wrong=frozenset((0, data.row[i]) for i in wrong), diagnostics=tuple(findings))
+    return replace(data, wrong=misread | {(0, data.row[i]) for i in wrong}, diagnostics=tuple(findings))
 
 
 def _rows(

@@ -38,14 +38,16 @@ class Failed(Exception):
     """A command ended with another exit code than 0."""
 
 
-def command(*words: str | Path) -> str:
-    """What a command of the product prints, in this process."""
+def command(*words: str | Path, accept: Sequence[int] = (0,)) -> str:
+    """What a command of the product prints, in this process. Args: accept: exit codes that are no failure."""
     said, errors = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(said), contextlib.redirect_stderr(errors):
         code = run_command(build(), [str(word) for word in words])
-    if code:
+    if code not in accept:
         lines = [x for x in errors.getvalue().splitlines() if x.startswith(("error", "internal"))]
-        raise Failed(f"`{words[0]}` ends with {code}: {' '.join(lines)[:200] or errors.getvalue()[-200:]}")
+        raise Failed(
+            f"`{words[0]}` ends with {code}: {' '.join(lines)[:200] or (said.getvalue() + errors.getvalue())[-200:]}"
+        )
     return said.getvalue()
 
 
