@@ -21,14 +21,8 @@ from postproc.effects.registry import effect_in_role
 from postproc.effects.roles import Role
 from postproc.estimation.priors import UNDETERMINED_SHARE, prior_of
 from postproc.identification.planning.design import choose
-from postproc.identification.planning.standing import (
-    arm_length,
-    can_work,
-    moved_onto,
-    random_postures,
-    working_box,
-)
-from postproc.measure.kinds.base import POINT, TILT, Read, ReadingKind, Seen
+from postproc.identification.planning.standing import arm_length, can_work, moved_onto, random_postures, working_box
+from postproc.measure.kinds.base import POINT, TILT, UNKNOWNS, Read, ReadingKind, Seen
 from postproc.measure.kinds.distance import Distance
 from postproc.measure.kinds.gauge import Gauge
 from postproc.measure.kinds.plane import Plane
@@ -63,6 +57,7 @@ SHOP: Mapping[str, ReadingKind] = {
     "position": Position(),
 }
 """What can be planned without a table."""
+TOUCHED = ("tip", "plane")
 DRAWN, POOL = 2500, 600
 """Random postures, and the most of them to choose from that somebody can work at."""
 JUDGED = 200
@@ -284,12 +279,8 @@ def _postures(arm: Model, kind: str, box: Array, g: np.random.Generator) -> _Pos
         box: (2, 3) region [m], in whose lower middle a spike, a cube or the anchor of a ball bar stands.
     """
     n, middle = DRAWN, box[0] + np.array([0.5, 0.5, 0.3]) * (box[1] - box[0])
-    name, place, unknown = (
-        np.full(n, SHOP[kind].column or kind, dtype=object),
-        np.tile(middle, (n, 1)),
-        np.zeros((n, 6)),
-    )
-    normal, touched = np.tile([0.0, 0.0, 1.0], (n, 1)), kind in ("tip", "plane")
+    name, unknown = np.full(n, SHOP[kind].column or kind, dtype=object), np.zeros((n, 6))
+    normal, place = np.tile([0.0, 0.0, 1.0], (n, 1)), np.tile(middle, (n, 1))
     if kind == "plane":
         face = np.arange(n) % len(FACES)
         name, unknown[:, TILT] = np.array(list(FACES), dtype=object)[face], np.array(list(FACES.values()))[face]
@@ -307,8 +298,8 @@ def _postures(arm: Model, kind: str, box: Array, g: np.random.Generator) -> _Pos
     q, name, normal, place, unknown = q[good], name[good], normal[good], place[good], unknown[good]
     tool = (forward(arm.robot, q) @ arm.T_flange_tcp)[:, :3, 2]
     back = -tool if kind == "tip" else normal
-    begin = moved_onto(arm, q, place + BACK * back, turned=False) if touched else q
-    good = np.isfinite(begin).all(axis=1) & ((-np.sum(tool * normal, axis=1) > FACING) | (not touched))
+    begin = moved_onto(arm, q, place + BACK * back, turned=False) if kind in TOUCHED else q
+    good = np.isfinite(begin).all(axis=1) & ((-np.sum(tool * normal, axis=1) > FACING) | (kind not in TOUCHED))
     return _Postures(*(x[good][:POOL] for x in (q, name, normal, begin, unknown)))
 
 
@@ -318,28 +309,20 @@ def _pool(arm: Model, asked: Asked, at: _Postures) -> _Pool:
     """
     gauge, n = asked.kind == "gauge", len(at.q)
     state = _loaded(arm, at.q, asked if gauge else replace(asked, pull=0.0))
+    posture = np.arange(len(state)) % max(n, 1)
     D, moved = _columns(arm, state, asked.kind)
-    row, direction, change = (
-        np.arange(len(state)),
-        np.tile(at.normal, (len(state) // max(n, 1), 1)),
-        np.zeros(len(state)),
-    )
-    if gauge:
-        many = (len(state) // max(n, 1), 1)
-        moved, D = moved - np.tile(moved[:n], many), D - np.tile(D[:n], (*many, 1))
+    direction, change = at.normal[posture], np.zeros(len(state))
+    if gauge:  # the difference of two readings has no zero, and twice the variance of one
+        moved, D = moved - moved[posture], (D - D[posture]) / np.sqrt(2.0)
         row, axis = np.nonzero(np.abs(moved) >= READABLE)
         direction, change = np.sign(moved[row, axis])[:, None] * np.eye(3)[axis] + 0.0, np.abs(moved[row, axis])
-    posture = row % max(n, 1)
+        state, D, posture = state.rows(row), D[row], posture[row]
     p = (forward(arm.robot, at.q) @ arm.T_flange_tcp)[posture, :3, 3]
-    read = SHOP[asked.kind].read(Seen(p, at.unknown[posture], direction, np.zeros(len(row)), np.full_like(p, np.nan)))
-    rows = np.einsum("ckx,cxp->ckp", read.by_point, D[row])
-    if gauge:  # the difference of two readings has no zero, and twice the variance of one
-        rows = rows / np.sqrt(2.0)
-    else:
-        own = at.names[posture][:, None] == np.unique(at.names)
-        unknown = np.einsum("cku,cs->cksu", read.by_unknown, own.astype(float))
-        rows = np.concatenate(
-            [rows, unknown.reshape(*rows.shape[:2], unknown[:1].size // max(rows.shape[1], 1) if len(rows) else 0)],
-            axis=2,
-        )
-    return _Pool(state.rows(row), posture, rows, direction, change)
+    nowhere = np.full_like(p, np.nan)
+    read = SHOP[asked.kind].read(Seen(p, at.unknown[posture], direction, np.zeros(len(p)), nowhere))
+    rows = np.einsum("ckx,cxp->ckp", read.by_point, D)
+    if not gauge:
+        own = (at.names[posture][:, None] == np.unique(at.names)).astype(float)
+        unknown = np.einsum("cku,cs->cksu", read.by_unknown, own)
+        rows = np.concatenate([rows, unknown.reshape(*rows.shape[:2], own.shape[1] * UNKNOWNS)], axis=2)
+    return _Pool(state, posture, rows, direction, change)

@@ -64,8 +64,8 @@ def can_work(arm: Model, box: Array, q: Array) -> NDArray[np.bool_]:
     low, high = comfortable_range(robot)
     good &= ((q >= low) & (q <= high)).all(axis=1)
     good &= (flange[:, :3, 2] @ arm.R_world_base[2] < UPWARD) & (T[:, 3:, 2, 3].min(axis=1) > 0.5 * LOWEST)
-    ahead = forward(robot, np.zeros((1, 6)))[0, :2, 3] @ _turned(q[:, 0])
-    good &= np.sum(ahead * p[:, :2], axis=1) > AHEAD * np.linalg.norm(ahead, axis=1) * np.linalg.norm(p[:, :2], axis=1)
+    zero = forward(robot, np.zeros((1, 6)))[0, :, 3]
+    good &= np.cos(np.arctan2(p[:, 1], p[:, 0]) - np.arctan2(zero[1], zero[0]) - q[:, 0]) > AHEAD
     good &= np.abs(np.sin(q[:, 4])) > np.sin(LEAST_TURN)
     for k in (1, 2, 3, 4):  # the column, the upper arm, the forearm
         good &= _distance(p, T[:, k, :3, 3], T[:, k + 1, :3, 3]) > CLEAR * length
@@ -90,12 +90,6 @@ def moved_onto(arm: Model, q: Array, place: Array, turned: bool = True) -> Array
         q = q + np.clip(step[:, :, 0], -0.3, 0.3)
     reached = np.abs(pose_error(forward(robot, q) @ tool, wanted)[:, :rows]).max(axis=1) < 1e-5
     return np.where(reached[:, None], q, np.nan)
-
-
-def _turned(angle: Array) -> Array:
-    """Return matrices (n, 2, 2) whose rows turn horizontal vectors by angles (n,) [rad] about +z."""
-    c, s = np.cos(angle), np.sin(angle)
-    return np.stack([np.stack([c, s], axis=-1), np.stack([-s, c], axis=-1)], axis=1)
 
 
 def _distance(p: Array, a: Array, b: Array) -> Array:
