@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from postproc.diagnostics import joined
-from postproc.effects.roles import Role
 from postproc.identification.planning.setups import SetupPlan
-from postproc.model.uncertainty import parameter_name
+from postproc.numbers import mm
 from postproc.report.blocks import Chart, DataTable, Document, Section, Values
 from postproc.report.drawing.postures import posture_drawings
 
@@ -24,17 +21,12 @@ def first_plan_document(name: str, plan: SetupPlan) -> Document:
     Args:
         name: of the model, for the title.
     """
-    columns = (
-        "",
-        *(f"J{j} [deg]" for j in range(1, 7)),
-        "load",
-        "grows towards" if plan.kind == "gauge" else "touched",
-        "expected [mm]",
-    )
+    gauge, angles = plan.kind == "gauge", [f"J{j} [deg]" for j in range(1, 7)]
+    columns = ("", *angles, "load", "grows towards" if gauge else "touched", "expected [mm]")
     change, q = (1e3 * plan.change).round(3).tolist(), np.degrees(plan.state.q).round(1).tolist()
     listed = zip(plan.ids, q, plan.loads, plan.words, change, strict=True)
-    rows = [(name, *angles, load or "none", words, off or "") for name, angles, load, words, off in listed]
-    drawn = Chart(lambda: posture_drawings(plan.model, plan.state.q, plan.ids, plan.direction), DRAWING_WIDTH)
+    rows = [(name, *posture, load or "none", words, off or "") for name, posture, load, words, off in listed]
+    drawn = Chart(lambda: posture_drawings(plan.model, plan.state.q, plan.ids, gauge * plan.direction), DRAWING_WIDTH)
     return Document(
         title=f"postproc plan {name}",
         values=first_plan_values(plan),
@@ -48,19 +40,19 @@ def first_plan_document(name: str, plan: SetupPlan) -> Document:
 
 def first_plan_values(plan: SetupPlan) -> Values:
     """Return the ``postproc/plan/1`` document of a plan without a table."""
+    remains = {"before": plan.before, "after": plan.after}
+    remains |= {"of_loads_before": plan.load_before, "of_loads_after": plan.load_after}
+    listed = zip(plan.ids, plan.names, plan.loads, plan.change.tolist(), strict=True)
     return {
         "schema": "postproc/plan/1",
         "kind": plan.kind,
         "poses": len(plan.state),
-        "expected_remaining_fraction_before": _rounded(plan.before),
-        "expected_remaining_fraction_after": _rounded(plan.after),
-        "expected_remaining_fraction_of_loads_before": _rounded(plan.load_before),
-        "expected_remaining_fraction_of_loads_after": _rounded(plan.load_after),
-        "stays_unknown": _names(plan, plan.unknown),
-        "never_loaded": _names(plan, plan.unloaded),
+        **{f"expected_remaining_fraction_{key}": [round(x, 3) for x in share] for key, share in remains.items()},
+        "joints_unknown": [j + 1 for j in plan.unknown],
+        "joints_never_loaded": [j + 1 for j in plan.unloaded],
         "set_ups": [
-            {"pose_id": i, "name": name, "load": load, "expected_change_mm": round(1e3 * change, 4)}
-            for i, name, load, change in zip(plan.ids, plan.names, plan.loads, plan.change.tolist(), strict=True)
+            {"pose_id": i, "name": name, "load": load, "expected_change_mm": mm(change, 4)}
+            for i, name, load, change in listed
         ],
     }
 
@@ -82,17 +74,7 @@ def first_plan_sentence(plan: SetupPlan) -> str:
     if plan.kind == "gauge" and 0 in plan.unloaded:
         lines.append("A weight never loads joint 1: pull sideways with a spring balance, too (`--pull N`).")
     if little := [f"joint {j + 1}" for j in plan.unknown if j not in plan.unloaded]:
-        lines.append(f"The springs of {joined(little)} hardly move the tool under these loads, and stay as the type's.")
+        lines.append(
+            f"Of the springs of {joined(little)} this tells less than half: they hardly count under these loads."
+        )
     return " ".join(lines)
-
-
-def _rounded(interval: tuple[float, float]) -> list[float]:
-    """Return an interval with three decimals."""
-    return [round(x, 3) for x in interval]
-
-
-def _names(plan: SetupPlan, joints: Sequence[int]) -> list[str]:
-    """Return the names of the compliances of joints, counted from 0."""
-    springs = plan.model.in_role(Role.JOINT_SPRINGS)
-    assert springs is not None
-    return [parameter_name(plan.model, springs.key, j) for j in joints]

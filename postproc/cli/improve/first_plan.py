@@ -73,6 +73,8 @@ def plan_first(
     if kind is None or (kind == "gauge" and not (load or pull)):
         text = "a gauge needs a load" if kind else "without a table nothing says what is to be measured"
         raise PostprocError.of("CLI017", text, help="write `--kind gauge --load KG`, the mass that is hung on")
+    if pull and kind != "gauge":
+        raise PostprocError.of("CLI017", "`--pull` is for a gauge", help="leave it out, or write `--kind gauge`")
     arm = _arm(name, arm_options)
     rated, heaviest = arm.robot.payload, max(load, pull / GRAVITY)
     if rated is not None and heaviest > rated:

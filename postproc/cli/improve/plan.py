@@ -65,9 +65,14 @@ def run(
     from postproc.results.plan import plan_document
 
     if not data:
+        if between or candidates or sight or measured_range or payloads or force:
+            text = "`--between`, `--candidates`, `--sight`, `--measured-range`, `--payloads`, `--force`: each needs a table"
+            raise PostprocError.of("CLI017", text, help="name the table after the model, or leave them out")
         box, sigma = _box(region), table.sigma
         files = (output, rapid, report)
         return plan_first(model, first, arm_options, count, files, box=box, sigma=sigma, json=json)
+    if first.kind is not None:
+        raise PostprocError.of("CLI017", "`--kind` is for a plan without a table", help="leave the table out")
     arm, measured = opened(model, data, arm_options, table, output, rapid, report, also=candidates)
     listed = None if candidates is None else table.read([candidates], arm.robot, False, arm.station).state
     q, axes = (None, None) if listed is None else (listed.q, listed.external_axes)

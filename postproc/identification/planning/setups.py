@@ -93,7 +93,7 @@ class SetupPlan:
         model: of the arm; kind: of the set-ups, a key of `SHOP`.
         state: s postures with the load that is on when the last number is read.
         names: (s,) tip, plane or anchor of each, a name of its own for a gauge.
-        direction: (s, 3) in which a gauge reads more, or of a plane's normal; zeros for other kinds.
+        direction: (s, 3) in which a gauge reads more, else from what is touched to the arm.
         change: (s,) expected difference of the readings of a gauge [m], zeros for other kinds.
         begin: (s, 6) joint angles [rad] at `BACK` before the touch, those of the posture where nothing is touched.
         before, after: 95 % interval of the share of the deflection that remains after a correction, without and with

@@ -27,9 +27,8 @@ def posture_drawings(model: Model, q: Array, labels: Sequence[str], towards: Arr
     """
     T = body_poses(model.robot, q)
     flange = T[:, 6] @ model.robot.link[6]
-    joints = np.concatenate(
-        [T[:, :, :3, 3], flange[:, None, :3, 3], (flange @ model.T_flange_tcp)[:, None, :3, 3]], axis=1
-    )
+    frames = np.concatenate([T, flange[:, None], (flange @ model.T_flange_tcp)[:, None]], axis=1)
+    joints = frames[:, :, :3, 3]
     ahead = joints[:, -1, :2] / np.maximum(np.linalg.norm(joints[:, -1, :2], axis=1), 1e-9)[:, None]
     flat = np.stack([np.einsum("nki,ni->nk", joints[:, :, :2], ahead), joints[:, :, 2]], axis=-1)
     arrow = np.stack([np.sum(towards[:, :2] * ahead, axis=1), towards[:, 2]], axis=-1)
