@@ -147,6 +147,11 @@ class Problem:
         setup = self.data.state.setup
         return np.zeros(len(self.data), dtype=bool) if setup is None else np.asarray(setup) >= 0
 
+    @property
+    def few(self) -> bool:
+        """Whether rows are few and say little, so that they are fitted together with the priors: no tracker was there."""
+        return self.data.readings is not None or self.data.T_frame_object is not None
+
     @cached_property
     def read(self) -> Observed | None:
         """What rows with a set-up read by the model, with derivatives; None where all rows measure positions."""

@@ -12,6 +12,7 @@ from postproc import __version__
 from postproc.diagnostics import PostprocError
 from postproc.effects.roles import FRAME_ROLES
 from postproc.estimation.fitted import Fit
+from postproc.estimation.priors import prior_of
 from postproc.estimation.solving.setups import lasting
 from postproc.measure.checks.readings import MISMATCH_M
 from postproc.measure.consensus import agreement
@@ -45,6 +46,8 @@ def recorded_model(fit: Fit) -> Model:
         "undetermined": [parameter_name(fit.model, *name) for name in undetermined(fit)],
         "range": range_table(data.state),
     }
+    if after.base:
+        table["base"] = [parameter_name(model, *name) for name in after.base]
     if fit.parts.repeatability is not None:
         table[key("noise_repeatability")] = mm(fit.parts.repeatability)
     if noise is not None:
@@ -58,6 +61,8 @@ def recorded_model(fit: Fit) -> Model:
         names = [source.path.replace("\\", "/").rsplit("/", 1)[-1] for source in data.sources]
         hashes = [hashlib.sha256(source.data).hexdigest() for source in data.sources]
         table["data"], table["data_sha256"] = (names, hashes) if names[1:] else (names[0], hashes[0])
+    if data.touched_programs:
+        table["touched_sha256"] = list(data.touched_programs)
     if regions is None or regions.surest is None:
         return replace(model, fit=table)
     surest, added = lasting(regions.surest)[0], model
@@ -92,6 +97,22 @@ def undetermined(fit: Fit) -> list[tuple[str, int]]:
     """Return the parameters (effect key, index) that stand at their priors: the rows say less than half of them."""
     names = (*fit.posterior.names, *fit.posterior.unidentifiable)
     return sorted(names[k] for k in fit.posterior.undetermined)
+
+
+def silent(fit: Fit) -> list[str]:
+    """Return the keys of effects that stand at null because the rows say little of any of their parameters.
+
+    They would leave predictions as they are, and make them less sure by what no row could show.
+    """
+    open_ = set(undetermined(fit))
+    names = {*fit.posterior.names, *fit.posterior.unidentifiable}
+    keys = []
+    for effect in fit.model.effects:
+        shown = {(effect.key, i) for i in range(len(effect.vector()))} & names
+        null = not np.any(prior_of(effect, fit.model).value - effect.null_vector())
+        if null and effect.amplitudes().all() and shown <= open_:
+            keys.append(effect.key)
+    return keys
 
 
 def no_farther_than_nominal(fit: Fit) -> None:

@@ -121,13 +121,14 @@ class _Fit(FileTable):
         correlation: of the parameters, packed.
         covariance: lower triangle, SI; in place of sigma and correlation, by hand and in older files.
         unseen: directions in which parameters may be off unseen.
+        base: undetermined parameters that only move the base as a whole, which work that counts from the arm ignores.
         unexplained_mm: per axis, without the noise.
         beyond_mm: per axis, what else stays unexplained where no measured row is near.
         measured: where measured rows are.
         local: effects that hold near the measured rows alone.
         surest: the vectors, SI, of effects that are others without these.
         range: lowest and highest value of each channel that was measured.
-        data, data_sha256: the tables.
+        data, data_sha256: the tables. touched_sha256: programs whose touch-ups they hold.
         version: of postproc.
     """
 
@@ -145,11 +146,13 @@ class _Fit(FileTable):
     version: str = ""
     data: str | list[str] = ""
     data_sha256: str | list[str] = ""
+    touched_sha256: list[str] = []
     parameters: Names = []
     sigma: list[NotNegative] = []
     correlation: str = ""
     covariance: list[_Row] = []
     unseen: list[_Row] = []
+    base: Names = []
     unexplained_mm: NotNegative = 0.0
     beyond_mm: NotNegative = 0.0
     measured: _Measured | None = None

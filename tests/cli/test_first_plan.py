@@ -56,7 +56,7 @@ def test_the_document_says_what_remains_and_what_no_load_tells(call: Call):
         (("--kind", "gauge"), "a gauge needs a load"),
         (("--kind", "gauge", "--load", "61"), "61 kg are over the rated payload"),
         (("--kind", "tip", "--pull", "50"), "`--pull` is for a gauge"),
-        (("--kind", "tip", "--force", "50"), "each needs a table"),
+        (("--kind", "tip", "--force", "50"), "need a table"),
         (("--kind", "tip", "--region", "5000,0,0,6000,1,1"), "0 set-ups can be measured here"),
     ],
 )

@@ -66,7 +66,7 @@ def run(
 
     if not data:
         if between or candidates or sight or measured_range or payloads or force:
-            text = "`--between`, `--candidates`, `--sight`, `--measured-range`, `--payloads`, `--force`: each needs a table"
+            text = "`--between`, `--candidates`, `--sight`, `--measured-range`, `--payloads` and `--force` need a table"
             raise PostprocError.of("CLI017", text, help="name the table after the model, or leave them out")
         box, sigma = _box(region), table.sigma
         files = (output, rapid, report)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect
-from postproc.estimation.priors import is_placed, prior_of
+from postproc.estimation.priors import may_be_anywhere, prior_of
 from postproc.estimation.problem import Problem
 from postproc.estimation.solving.step import Masks, Name, Slope, sizes
 
@@ -67,7 +67,7 @@ def slope(
         anchor,
         centre,
         problem.weights,
-        problem.read is not None,
+        problem.few,
     )
 
 
@@ -113,12 +113,12 @@ def _pulls(problem: Problem, parameters: list[Name]) -> tuple[Array, Array]:
     It is weak and goes to null (`pull`), but for readings without a tracker: these are few, say little of many
     parameters, and are fitted together with the priors.
     """
-    if problem.read is None:
+    if not problem.few:
         every = {e.key: pull(problem, e) for e in problem.model.effects}
         return np.array([every[key][i] for key, i in parameters]), np.zeros(len(parameters))
     weight, centre = dict[str, Array](), dict[str, Array]()
     for effect in problem.model.effects:
-        prior, free = prior_of(effect, problem.model), is_placed(effect) or effect.roughness() is not None
+        prior, free = prior_of(effect, problem.model), may_be_anywhere(effect) or effect.roughness() is not None
         deviation = prior.deviation()
         known = np.isfinite(deviation) & (deviation > 0) & ~free
         weight[effect.key] = np.where(known, 1.0 / np.where(known, deviation, 1.0), 0.0)
@@ -133,7 +133,7 @@ def pull(problem: Problem, effect: Effect) -> Array:
     barely determines from running away. Coordinates of either sign (the ends of a hose) are pulled by one over `WIDE`
     ordinary sizes: along a valley of equal fits lies one that an arm may have.
     """
-    if is_placed(effect):  # instruments and reflectors may be anywhere
+    if may_be_anywhere(effect):  # instruments and reflectors may be anywhere
         return np.zeros(len(effect.vector()))
     places = ~effect.amplitudes() & (effect.bounds()[0] < 0)
     wide = np.where(effect.amplitudes(), 10 * WIDE, np.where(places, WIDE, np.inf))
