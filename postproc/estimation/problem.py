@@ -149,7 +149,7 @@ class Problem:
 
     @property
     def few(self) -> bool:
-        """Whether rows are few and say little, so that they are fitted together with the priors: no tracker was there."""
+        """Whether rows are few and say little, and are fitted together with the priors: no tracker was there."""
         return self.data.readings is not None or self.data.T_frame_object is not None
 
     @cached_property

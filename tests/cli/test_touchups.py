@@ -134,3 +134,10 @@ def test_originals_in_one_module(call: Call, pair: tuple[Path, Path]) -> None:
     made = call("touchups", "one.mod", *ARM, "-o", "t.csv")
     call("touchups", *pair, *ARM, "-o", "two.csv")
     assert made.code == 0 and rows(Path("t.csv").read_text()) == rows(Path("two.csv").read_text())
+
+
+def test_work_that_was_measured_in_the_base_leaves_no_place_free(call: Call, pair: tuple[Path, Path]) -> None:
+    call("touchups", *pair, *ARM, "--wobj-fixed", "-o", "t.csv")
+    fitted = call("fit", "t.csv", *ARM, "-o", "m.toml")
+    assert "`instrument_frame` and `tool_frame`" in fitted.err
+    assert {*tomllib.loads(Path("m.toml").read_text("utf-8"))["effects"]} == {"joint_offset", "joint_compliance"}

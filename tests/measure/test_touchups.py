@@ -187,7 +187,7 @@ def test_the_table_states_where_the_work_is_and_with_what_it_was_touched() -> No
     at = {f"p{10 * i + 10}": T[:3, 3] for i, T in enumerate(job.T)}
     assert data.position == pytest.approx(np.array([at[name] for name in data.pose_id]), abs=2e-6)
     in_base = as_read(touched, free=False)
-    assert in_base.position == pytest.approx(data.position, abs=1e-6) and in_base.T_frame_object is None
+    assert in_base.position == pytest.approx(data.position, abs=1e-6) and in_base.state.session is None
     frame = np.linalg.inv(job.frames[job.which[0]])
     stated = [float(rows[0][f"{axis}_mm"]) for axis in "xyz"]
     assert stated == pytest.approx(1e3 * (frame @ job.T[0])[:3, 3], abs=1e-3)

@@ -69,8 +69,7 @@ def run(
     title = short_names(*(name for name in (nominal, touched) if name is not None))
     present(touchups_document(title, found, told, findings), json=json, text=True, on_stderr=True)
     if output is not None and not json:
-        frames = ("--effects", "joint_offset,joint_compliance") if wobj_fixed else ()
-        say_next("calibrates the arm", "fit", output, "--robot", arm.robot_name, *frames, "-o", "arm.toml")
+        say_next("calibrates the arm", "fit", output, "--robot", arm.robot_name, "-o", "arm.toml")
     return 0
 
 
