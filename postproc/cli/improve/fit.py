@@ -55,7 +55,7 @@ def run(
     """
     import numpy as np
 
-    from postproc.effects.roles import Role
+    from postproc.effects.roles import FRAME_ROLES
     from postproc.estimation.recorded import no_farther_than_nominal, recorded_model, silent
     from postproc.identification.add import fit_effects
     from postproc.model.arm import Model
@@ -72,8 +72,10 @@ def run(
     say(f"{assumed(arm.name, [c.key for c in classes], table.sigma)}; {robot_from}")
     measured = table.read(data, arm, at=station)
     if effects is None and stated.effects is None and measured.T_frame_object is not None:
-        say("the table states the tool: `tool_frame` is not fitted unless `--effects` names it")
-        classes = [cls for cls in classes if cls.role is not Role.TOOL_FRAME]
+        stays = FRAME_ROLES if measured.state.session is None else FRAME_ROLES[1:]
+        keys = " and ".join(f"`{cls.key}`" for cls in classes if cls.role in stays)
+        say(f"the table states what {keys} would find: not fitted unless `--effects` names it")
+        classes = [cls for cls in classes if cls.role not in stays]
     turned = stated.mounting or (0.0, 0.0, 0.0) if mounting is None else parse_vector("--mounting", mounting, "180,0,0")
     model = Model(arm, R_world_base=rpy(np.radians(turned)), robot_name=robot)
     model = model if tool is None else replace(model, T_flange_tcp=parse_tool(tool))
