@@ -12,7 +12,7 @@ from postproc.effects.roles import Role
 from postproc.model.arm import Model
 from postproc.model.deflection import Deflection
 from postproc.model.loads import loaded_state
-from postproc.model.uncertainty import read_uncertainty
+from postproc.model.uncertainty import Uncertainty, read_uncertainty
 from postproc.model.undetermined import full_covariance
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import jacobian
@@ -22,7 +22,7 @@ QUANTILES = (0.025, 0.975)
 NORMAL_95 = 1.959964  # standard deviations of a normal distribution that hold 95 %
 STIFFNESS_FACTOR = np.array([4, 3, 2.5, 2.5, 3.5, 2.5])
 """Factors that hold 95 % of arms about the rule of the library, where an arm's file states none (docs/robot.md)."""
-PUBLISHED_FACTOR, UNKNOWN_FACTOR = 1.5, 10.0
+PUBLISHED_FACTOR, UNKNOWN_FACTOR = 2.5, 10.0
 """The same about a stiffness that was measured on one arm of the type, and about an ordinary size of any arm."""
 LEAST_SPREAD = 1e-9  # of a logarithm: what is known exactly
 STIFFEST = 1e-12  # [rad/(N m)] a joint that hardly gives at all
@@ -37,14 +37,17 @@ def stiffness_factors(robot: Robot) -> Array:
     return np.full(6, PUBLISHED_FACTOR) if robot.stiffness_source == "measured" else STIFFNESS_FACTOR
 
 
-def spring_covariance(model: Model) -> Array:
+def spring_covariance(model: Model, known: Uncertainty | None = None) -> Array:
     """Return the covariance (6, 6) of the logarithms of the joint compliances over those of the model.
 
     It is that of a fit, where the model has one: of a parameter with standard deviation s at a compliance c the
     logarithm scatters by sqrt(ln(1 + s^2 / c^2)), with the correlations of the fit. A joint that no fit knows scatters
     as arms of the type do (`stiffness_factors`).
+
+    Args:
+        known: what the fit knows of its errors; None for what the model file says.
     """
-    spring, known = model.in_role(Role.JOINT_SPRINGS), read_uncertainty(model)
+    spring, known = model.in_role(Role.JOINT_SPRINGS), known or read_uncertainty(model)
     S = np.diag((np.log(stiffness_factors(model.robot)) / NORMAL_95) ** 2)
     if spring is None or known is None:
         return S

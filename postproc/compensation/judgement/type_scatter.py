@@ -65,5 +65,5 @@ def _known_after_gauge(model: Model, state: State) -> Array | None:
     force = np.array([PULL_N, PULL_N, GRAVITY * robot.payload])[axis]
     shown = force[:, None] * along**2 * spring.vector()
     spread = np.maximum(np.log(stiffness_factors(robot)) / NORMAL_95, 1e-9)
-    told = np.diag(spread**-2.0) + shown.T @ shown / (2 * READING_SIGMA**2)
-    return scatter_covariance(model, np.linalg.inv(told))
+    information = np.diag(spread**-2.0) + shown.T @ shown / (2 * READING_SIGMA**2)
+    return scatter_covariance(model, np.linalg.inv(information))
