@@ -13,12 +13,11 @@ from postproc.identification.planning.design import choose
 from postproc.identification.planning.setups import SHOP, Asked, SetupPlan, plan_setups
 from postproc.identification.planning.table import setups_csv
 from postproc.model.arm import Model
-from postproc.rapid.data.records import JointTarget
-from postproc.rapid.execution.walk import walk
 from postproc.render.measuring import setups_module
 from postproc.robot.catalogue import load_robot
 from tests.build import refused
 from tests.independent.arm import ARMS, Load, equilibrium, joint_springs, shift
+from tests.independent.rapid import motions
 from tests.rapid.build import program
 
 ARM, TOOL = "irb4600_60_205", shift(z=0.3)
@@ -122,10 +121,10 @@ def test_where_no_gauge_can_be_read_that_is_said():
 def test_the_program_stops_at_each_set_up_and_is_read_without_a_finding(kind: str):
     plan = planned(kind, load=30.0)
     text = setups_module(plan, "t.csv", "diPlate").decode()
-    read = program(text.encode())
-    assert not read.diagnostics
-    targets = [e.target for e in walk(read) if isinstance(e.target, JointTarget)]
-    visited = np.radians([target.robax for target in targets])[1 - (kind in ("tip", "plane")) :: 2]
+    assert not program(text.encode()).diagnostics
+    moves, lost = motions(text)
+    assert not lost and len(moves) == 24
+    visited = np.array([move.q for move in moves])[1 - (kind in ("tip", "plane")) :: 2]
     np.testing.assert_allclose(visited, plan.begin, atol=np.radians(1e-4))
     apart = np.linalg.norm(places(plan.begin) - places(plan.state.q), axis=1)
     np.testing.assert_allclose(apart, 0.05 if kind in ("tip", "plane") else 0.0, atol=1e-5)
