@@ -222,7 +222,7 @@ def prove(
         drawn=figures_of(plan, *others[0]) if others else None,
         accuracy=draft.expected.accuracy if complete else None,
         limits=limits,
-        remaining=draft.expected.remaining,
+        scatter=draft.expected.scatter,
     )
     return judged, draft.findings
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import isfinite
 
 LARGEST_NUMBER = 1e30
@@ -27,3 +28,12 @@ def mm(value: float, decimals: int = 6) -> float:
 def mm_or_none(value: float | None) -> float | None:
     """Return what `mm` does, and None where the value is None or not finite."""
     return None if value is None or not isfinite(value) else mm(value)
+
+
+def on_arm_text(expected_mm: Sequence[float] | None) -> str:
+    """The largest deviation that is expected on the arm as text: ``0.12 to 0.85 mm``, or that it is not known.
+
+    Args:
+        expected_mm: lower and upper end of the interval.
+    """
+    return "not known" if expected_mm is None else "{:.2f} to {:.2f} mm".format(*expected_mm)

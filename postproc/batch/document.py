@@ -8,9 +8,11 @@ from urllib.parse import quote
 import numpy as np
 
 from postproc import __version__
-from postproc.batch.values import MEASURED, Batch, Shard, TaskOutcome
+from postproc.batch.values import MEASURED, ON_ARM, Batch, Shard, TaskOutcome
+from postproc.compensation.judgement.accuracy import better_figure
 from postproc.diagnostics import Finding, Matter
 from postproc.grouping import grouped
+from postproc.numbers import on_arm_text
 from postproc.report.blocks import Chart, DataTable, Document, Figure, Section, Values
 from postproc.report.drawing.charts import histogram
 from postproc.results.conversion import CORRECTED, made_section
@@ -21,8 +23,8 @@ BEFORE, AFTER = MEASURED
 UNPROVED = "corrected statements that also run where they cannot be followed; what remains there is in no figure"
 FINDING = ("program", "line", "severity", "code", "what", "what to do")
 COLUMNS = (
-    *("program", "result", "before [mm]", "after [mm]", "added", "on the controller", "left", "unproved"),
-    *("cycle [s]", "warnings"),
+    *("program", "result", "on the arm", "before [mm]", "after, in the model [mm]", "added", "on the controller"),
+    *("left", "unproved", "cycle [s]", "warnings"),
 )
 
 
@@ -41,8 +43,8 @@ def batch_document(
         made: what programs were converted with (model, loads, options) as label and text, where a jobs file states no
             others. pages: link to the page of each task by name.
     """
-    # Failed tasks first, then by falling remaining deviation.
-    tasks = sorted(batch.outcomes, key=lambda task: (task.status != "failed", -task.figures.get(AFTER, 0.0)))
+    # Failed tasks first, then by falling deviation that is expected.
+    tasks = sorted(batch.outcomes, key=lambda task: (task.status != "failed", -_remains(task)))
     count = batch.counts
     findings = [(task.task.name, finding) for task in tasks for finding in task.findings]
     errors = [_finding_row(name, finding) for name, finding in findings if finding.severity == "error"]
@@ -51,7 +53,7 @@ def batch_document(
     error_table = DataTable("errors", FINDING, errors, range(len(errors) - len(batch.findings), len(errors)))
     # Before and after, where a line or an arc could be measured.
     measured = [task for task in tasks if AFTER in task.figures]
-    worst = max(measured, key=lambda task: float(task.figures[AFTER]), default=None)
+    worst = max(measured, key=_remains, default=None)
     lengths = {
         label: (kind, np.array([task.figures[key] for task in measured], dtype=float))
         for label, key, kind in (("before", BEFORE, "was"), ("after", AFTER, "is"))
@@ -66,8 +68,9 @@ def batch_document(
             Figure("programs corrected", count["compensated"]),
             Figure("failed", count["failed"] or None),
             Figure("nothing to correct", count["unchanged"] or None),
+            Figure("worst on the arm", worst and on_arm_text(worst.figures.get(ON_ARM))),
             Figure("worst before", max((task.figures[BEFORE] for task in measured), default=None), "before"),
-            Figure("worst after", worst and worst.figures[AFTER], "after"),
+            Figure("worst after", max((task.figures[AFTER] for task in measured), default=None), "after"),
             Figure("targets added", sum(task.figures["added_targets"] for task in measured)),
             Figure("beyond the tolerance somewhere", count["beyond_tolerance"] or None),
             Figure("done before", count["cached"] or None),
@@ -113,7 +116,7 @@ def _task_values(outcome: TaskOutcome) -> Values:
 
 
 def _sentence(count: Mapping[str, int], worst: TaskOutcome | None, figures: Sequence[Values]) -> str:
-    """Say how many programs and statements are corrected, how many failed, and the largest deviation that remains.
+    """Say how many programs and statements are corrected, how many failed, and the largest deviation expected.
 
     Args:
         count: ``Batch.counts``. worst: the task with that deviation; None where none was measured.
@@ -128,8 +131,16 @@ def _sentence(count: Mapping[str, int], worst: TaskOutcome | None, figures: Sequ
     text += f"; in {bare} of them no weld was corrected" if bare else ""
     if failed := count["failed"]:
         text += f"; {failed} failed and {'has' if failed == 1 else 'have'} no output"
-    text += f"; at most {worst.figures[AFTER]:.3f} mm remain, in `{worst.task.name}`" if worst is not None else ""
-    return f"{text}."
+    if worst is None:
+        return f"{text}."
+    text += f"; the worst is `{worst.task.name}`: expected on the arm {on_arm_text(worst.figures.get(ON_ARM))}"
+    better = better_figure({**worst.arm, **worst.figures})
+    return f"{text}, {worst.figures[AFTER]:.3f} mm in the model{better and '; '}{better}."
+
+
+def _remains(task: TaskOutcome) -> float:
+    """Return the deviation [mm] by which a task is ordered: what is expected on the arm, else what the model leaves."""
+    return float(max(task.figures.get(ON_ARM, ()), default=task.figures.get(AFTER, 0.0)))
 
 
 def _every_program(tasks: Sequence[TaskOutcome], pages: Mapping[str, str]) -> Section:
@@ -138,7 +149,7 @@ def _every_program(tasks: Sequence[TaskOutcome], pages: Mapping[str, str]) -> Se
     Args:
         pages: path of the page of each task by name.
     """
-    note = "Failures first, then the largest deviations that remain."
+    note = "Failures first, then the largest deviations that are expected on the arm."
     note += " A click on a program opens its page." if pages else ""
     if any(task.figures.get("unproved_statements") for task in tasks):
         note += f" Unproved: {UNPROVED}."
@@ -157,7 +168,8 @@ def _row(outcome: TaskOutcome) -> tuple[object, ...]:
     status, unproved = figures.get("statements", {}), figures.get("unproved_statements") or None
     counts = (status.get("run_time") or None, status.get("skipped"), unproved)
     known = (*(figures.get(key) for key in (BEFORE, AFTER, "added_targets")), *counts, figures.get("cycle_time_s"))
-    return (outcome.task.name, result, *known, warnings or None)
+    on_arm = on_arm_text(figures.get(ON_ARM)) if AFTER in figures else None
+    return (outcome.task.name, result, on_arm, *known, warnings or None)
 
 
 def _finding_row(name: str, finding: Finding) -> tuple[object, ...]:

@@ -16,7 +16,8 @@ from postproc.tasks.task import Task
 
 Status = Literal["compensated", "unchanged", "failed"]
 MEASURED = ("max_error_before_mm", "max_error_after_mm")
-"""Figures of a task where a line or an arc of it could be measured."""
+ON_ARM = "expected_on_arm_mm"
+"""Figures of a task where a line or an arc of it could be measured; the last one where it is known."""
 
 
 def page_of(task: str) -> str:

@@ -14,7 +14,7 @@ from functools import lru_cache
 from hashlib import sha256
 from typing import TYPE_CHECKING
 
-from postproc.batch.values import MEASURED, Job, TaskRecord, failed, module_place
+from postproc.batch.values import MEASURED, ON_ARM, Job, TaskRecord, failed, module_place
 from postproc.diagnostics import Diagnostic, Matter, PostprocError
 from postproc.process import THREADS, spare_scipy
 
@@ -28,6 +28,8 @@ FIGURES = (
     "weld_statements",
     "corrected_weld_statements",
     "rigid_shift",
+    "expected_remaining_fraction",
+    "expected_remaining_fraction_after_gauge",
 )
 
 
@@ -81,7 +83,7 @@ def convert(job: Job) -> tuple[TaskRecord, Mapping[str, bytes]]:
     record = TaskRecord(job.name, job.key, "unchanged" if done.outputs else "failed", hashes, findings=findings)
     if done.plan is None and done.module is None:
         return record, files
-    names = (*MEASURED, *FIGURES) if done.report["measured_statements"] else FIGURES
+    names = (*MEASURED, ON_ARM, *FIGURES) if done.report["measured_statements"] else FIGURES
     figures = {name: done.report[name] for name in names if done.report[name] is not None}
     statuses = [row["status"] for row in done.report["statements"]]
     counted = ("compensated", "run_time", "unchanged", "skipped")

@@ -33,10 +33,13 @@ COLUMNS: Mapping[str, tuple[str, ...]] = {
     "wrench": ("fx_N", "fy_N", "fz_N", "mx_Nm", "my_Nm", "mz_Nm"),
     "session": ("session",),
     "reflector": ("reflector",),
+    "setup": ("tip", "plane", "anchor", "gauge", "from"),
     "external_axes": tuple(f"eax_{letter}" for letter in AXES),
 }
 """Recorded channels by the name that effects declare, and the columns of a measurement table that hold them."""
-CONSTANT = frozenset({"gravity", "robot", "station", "channels", "session_names", "reflector_names", "T_flange_tcp"})
+CONSTANT = frozenset(
+    {"gravity", "robot", "station", "channels", "session_names", "reflector_names", "setup_names", "T_flange_tcp"}
+)
 """Fields of a state that are not one value for each row."""
 EACH_ROW = {"T_flange_tcp": 3, "gravity": 2}
 """Dimensions of constants that may differ row by row."""
@@ -56,6 +59,8 @@ class State:
         T_flange_tcp: (4, 4) or (n, 4, 4) nominal tool.
         session: (n,) index of the measuring session in session_names.
         reflector: (n,) index of the measured point of the tool in reflector_names.
+        setup: (n,) index in setup_names of what a row reads where it measures no position, -1 for none; a name is that
+            of its kind and its own, ``tip spike`` (`measure.kinds`).
         channels: further columns of the measurement table, by name, (n,).
         gravity: (3,) [m/s^2] in base axes (a gantry hangs its arm upside down), or (n, 3) where it differs: of a base
             that leans with its axes, and less the acceleration of the origin of one that moves.
@@ -85,6 +90,8 @@ class State:
     session_names: tuple[str, ...] = ()
     reflector: Array | None = None
     reflector_names: tuple[str, ...] = ()
+    setup: Array | None = None
+    setup_names: tuple[str, ...] = ()
     channels: Mapping[str, Array] = field(default_factory=dict)
     gravity: Array = field(default_factory=lambda: gravity_in(np.eye(3)))
     external_axes: Array | None = None
@@ -127,6 +134,13 @@ class State:
     def reflector_of_rows(self) -> NDArray[np.str_]:
         """(n,) name of the reflector of each row, its number where names are missing; "" where rows name none."""
         return np.full(len(self), "") if self.reflector is None else _named(self.reflector, self.reflector_names)
+
+    @property
+    def setup_of_rows(self) -> NDArray[np.str_]:
+        """(n,) name of the set-up of each row, "" where a row has none."""
+        if self.setup is None:
+            return np.full(len(self), "")
+        return np.asarray(np.array([*self.setup_names, ""])[np.asarray(self.setup, dtype=int)])
 
     @cached_property
     def motions(self) -> list[BodyMotion] | None:

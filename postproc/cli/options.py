@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter, Token
 
 from postproc.diagnostics import PostprocError
 from postproc.numbers import read_number
+
+if TYPE_CHECKING:
+    from postproc.arrays import Array
 
 
 def positive(_: object, value: float | None) -> None:
@@ -110,6 +113,15 @@ def parse_vector(option: str, text: str, such_as: str = "200,-200,-200") -> Vect
     """
     x, y, z = parse_numbers(option, text, 3, f"`{option} {such_as}`")
     return x, y, z
+
+
+def parse_tool(text: str) -> Array:
+    """Parse ``--tool X,Y,Z`` [mm] to a tool (4, 4) that is not turned; CLI006 where these are not three numbers."""
+    import numpy as np
+
+    tool = np.eye(4)
+    tool[:3, 3] = 1e-3 * np.array(parse_vector("--tool", text, "0,0,250"))
+    return tool
 
 
 def parse_channel(text: str) -> tuple[str, float]:

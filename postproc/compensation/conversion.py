@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from math import hypot
 from typing import Any
 
 from postproc.compensation.correction.deviation import Deviation
@@ -17,7 +18,9 @@ from postproc.compensation.plan import CorrectionPlan
 from postproc.compensation.text.values import StatementOutcome
 from postproc.diagnostics import Diagnostic, has_errors
 from postproc.model.arm import Model
+from postproc.model.scatter import Scatter
 from postproc.motion.timing.jerk_limited import LimitReport
+from postproc.numbers import mm
 from postproc.rapid.data.events import MotionEvent, StatementKey
 from postproc.rapid.program.program import Program
 from postproc.rapid.syntax.spans import Edit
@@ -127,7 +130,7 @@ class JudgedProgram:
         shifts: how much of the correction in each work object is one rigid motion.
         drawn: the figures measured from the path as programmed, where such a motion is left out; else None.
         accuracy: expected at the targets, None if the model was not fitted; limits: use of the joints' limits.
-        remaining: lower and upper share of the deflection expected to remain, where the stiffness is an estimate.
+        scatter: of arms of the type, where the stiffness is that of the type, else None.
         run_time: of what is corrected on the controller, None for nothing.
     """
 
@@ -145,13 +148,36 @@ class JudgedProgram:
     drawn: PathFigures | None = None
     accuracy: Accuracy | None = None
     limits: LimitReport | None = None
-    remaining: tuple[float, float] | None = None
+    scatter: Scatter | None = None
     run_time: RunTimeFigures | None = None
 
     @property
     def air_tolerance_m(self) -> float:
         """The largest tolerance of all moves [m]."""
         return self.options.air_tolerance_m if self.plan is None else float(self.plan.path_tolerance.max())
+
+    @property
+    def expected_on_arm_mm(self) -> list[float] | None:
+        """95 % interval of the largest deviation on the arm [mm] where it welds, else along lines and arcs.
+
+        Both ends are sqrt(r^2 + (s d)^2 + e^2): r remains in the model, d was the deviation before, s is the share of
+        it that the stiffness of the type leaves (`Scatter.of_estimate`), e the error of a fitted model; s and e are the
+        lower ends of their intervals, or the upper ones. None where neither is known, or nothing could be measured.
+        """
+        if self.lines == self.unmeasured or (self.scatter is None and self.accuracy is None):
+            return None
+        known, nothing = self.figures, (0.0, 0.0)
+        before = known.before if known.arc_before is None else known.arc_before
+        after = known.after if known.arc is None else known.arc
+        shares = nothing if self.scatter is None else self.scatter.of_estimate
+        errors = nothing if self.accuracy is None else self.accuracy.interval
+        return [mm(hypot(after, s * before, e), 3) for s, e in zip(shares, errors, strict=True)]
+
+    def remaining_values(self) -> dict[str, list[float] | None]:
+        """The entries of documents on the share of the deflection that is expected to remain."""
+        shares = (None, None) if self.scatter is None else (self.scatter.remaining, self.scatter.after_gauge)
+        now, then = (share and [round(x, 3) for x in share] for share in shares)
+        return {"expected_remaining_fraction": now, "expected_remaining_fraction_after_gauge": then}
 
     @property
     def added(self) -> int:

@@ -25,7 +25,8 @@ def displacement_of(effect: Effect, state: State) -> Displacement:
         return Displacement(joint=np.asarray(result, dtype=float))
     # Bodies that stay where they are cost a model as much as those that move.
     moved = {b: x for b, x in _bodies(result.body).items() if np.any(x)}
-    return Displacement(_array(result.joint), moved, _array(result.tool), _array(result.instrument))
+    parts = (_array(part) for part in (result.tool, result.instrument, result.setup))
+    return Displacement(_array(result.joint), moved, *parts)
 
 
 def load_of(effect: Effect, state: State) -> Load:

@@ -33,9 +33,11 @@ class Displacement:
         joint: (n, 6) joint angles [rad].
         body: displacement at the distal end of a body by its number, (n, 6) translation [m], rotation [rad], body axes.
         tool: (n, 6) or (6,) at the TCP in tool axes; instrument: (n, 6) or (6,) of the base as the instrument sees it.
+        setup: (n, 6) unknowns of what a row reads where it measures no position (`measure.kinds`).
     """
 
     joint: Array | None = None
     body: Mapping[int, Array] = field(default_factory=dict)
     tool: Array | None = None
     instrument: Array | None = None
+    setup: Array | None = None

@@ -24,6 +24,7 @@ from postproc.effects.library.frames.instrument_frame import InstrumentFrame
 from postproc.effects.library.frames.outlier import Outlier
 from postproc.effects.library.frames.reflector import Reflector
 from postproc.effects.library.frames.session import Session
+from postproc.effects.library.frames.setup import Setup
 from postproc.effects.library.frames.tool_frame import ToolFrame
 from postproc.effects.library.joints.backlash import Backlash
 from postproc.effects.library.joints.joint_compliance import JointCompliance
@@ -76,6 +77,7 @@ BUILT_IN: tuple[type[Effect], ...] = (
     ExternalAxisCompliance,
     Session,
     Reflector,
+    Setup,
     Outlier,
     ChannelCurve,
 )

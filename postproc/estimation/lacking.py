@@ -28,36 +28,40 @@ FEWEST_FREE = 20
 def lacking_field(fit: Solution) -> tuple[Field, float] | None:
     """Return what a fitted model lacks as a random function, and its standard deviation per axis [m], [rad] of angles.
 
-    Each axis of what is observed follows a function of its own, of one covariance. Its lengths l, and the ratio a of
+    Each axis of what is observed follows a function of its own, of one covariance; a number read along a direction
+    follows their sum along it. Its lengths l, and the ratio a of
     its variance to that of the noise, are where restricted likelihood times prior is largest (`RestrictedLikelihood`).
     None without 30 measured rows.
     """
     from scipy.optimize import minimize
 
     weights, columns = fit.problem.weights, fit.observed.columns
-    width = columns.stop - columns.start
-    good = np.flatnonzero(weights.used[:, columns].all(axis=1))
+    used = weights.used[:, columns]
+    good = np.flatnonzero(used.any(axis=1))
     if len(good) < FEWEST_ROWS:
         return None
     rows = some_of(good, ROWS_JUDGED)
-    start = (np.cumsum(weights.used.ravel()) - 1)[weights.used.shape[1] * rows + columns.start]
-    entries = (start[:, None] + np.arange(width)).ravel()
+    place = np.reshape(np.cumsum(weights.used.ravel()) - 1, weights.used.shape)[:, columns][rows]
+    entries, of_row = place[used[rows]], np.nonzero(used[rows])[0]
     every = coordinates(fit.data.state, COORDINATES)
     spread = np.ptp(every[good], axis=0)
-    used = np.flatnonzero((np.arange(len(COORDINATES)) < 6) | (spread > 0))
-    ordinary = np.where(used < 6, ORDINARY_LENGTH, spread[used])
-    likelihood = RestrictedLikelihood.of(
-        fit.linear.residual[entries], fit.basis()[entries], every[np.ix_(rows, used)] / ordinary
-    )
+    chosen = np.flatnonzero((np.arange(len(COORDINATES)) < 6) | (spread > 0))
+    ordinary = np.where(chosen < 6, ORDINARY_LENGTH, spread[chosen])
+    x, y, U = every[np.ix_(rows, chosen)] / ordinary, fit.linear.residual[entries], fit.basis()[entries]
+    if used[rows].all():
+        likelihood = RestrictedLikelihood.of(y, U, x)
+    else:
+        along = fit.problem.directions[rows][used[rows]]
+        likelihood = RestrictedLikelihood.of(y, U, x[of_row], along @ along.T)
     if likelihood.freedom < FEWEST_FREE:
         return None
-    bounds = [(-9.0, 12.0), *[tuple(np.log(LENGTHS))] * len(used)]
-    starts = [np.append(ratio, np.zeros(len(used))) for ratio in (-1.0, 2.0)]
+    bounds = [(-9.0, 12.0), *[tuple(np.log(LENGTHS))] * len(chosen)]
+    starts = [np.append(ratio, np.zeros(len(chosen))) for ratio in (-1.0, 2.0)]
     fitted = [minimize(likelihood.cost, t, jac=True, method="L-BFGS-B", bounds=bounds) for t in starts]
     best = min(fitted, key=lambda r: r.fun).x
-    ratio, unit = float(np.exp(best[0])), float(np.mean(weights.values[rows, columns]))
-    kept = every[np.ix_(some_of(good, ROWS_KEPT), used)]
-    field = Field(tuple(COORDINATES[i] for i in used), ordinary * np.exp(best[1:]), kept, 1.0 / ratio)
+    ratio, unit = float(np.exp(best[0])), float(np.mean(weights.values[rows, columns][used[rows]]))
+    kept = every[np.ix_(some_of(good, ROWS_KEPT), chosen)]
+    field = Field(tuple(COORDINATES[i] for i in chosen), ordinary * np.exp(best[1:]), kept, 1.0 / ratio)
     return field, float(np.sqrt(ratio * likelihood.noise(best))) / unit
 
 
@@ -72,18 +76,20 @@ class RestrictedLikelihood:
     Args:
         y: (m w,) whitened residual of w numbers a row; U: (m w, p) basis of the fitted parameters' columns.
         square: (m, m, d) squared differences of the coordinates of every two rows.
+        along: (m, m) cosines between the directions of every two numbers, where rows are single numbers; else 1.
     """
 
     y: Array
     U: Array
     square: Array
+    along: Array | float = 1.0
 
     @classmethod
-    def of(cls, y: Array, columns: Array, x: Array) -> RestrictedLikelihood:
+    def of(cls, y: Array, columns: Array, x: Array, along: Array | float = 1.0) -> RestrictedLikelihood:
         """Return the likelihood with linearly dependent columns taken out; x: (m, d) coordinates of the rows."""
         basis, size, _ = np.linalg.svd(columns, full_matrices=False)
         U = basis[:, size > RANK * max(size.max(initial=0.0), 1e-300)]
-        return cls(y, U, (x[:, None] - x) ** 2)
+        return cls(y, U, (x[:, None] - x) ** 2, along)
 
     @property
     def freedom(self) -> int:
@@ -115,7 +121,7 @@ class RestrictedLikelihood:
         from scipy.linalg import cho_solve
 
         rows, width = len(self.square), len(self.y) // len(self.square)
-        part = np.exp(t[0]) * np.exp(-0.5 * self.square @ np.exp(-2 * t[1:]))
+        part = self.along * np.exp(t[0]) * np.exp(-0.5 * self.square @ np.exp(-2 * t[1:]))
         lower = np.linalg.cholesky(part + np.eye(rows))
         inverse = cho_solve((lower, True), np.eye(rows))
         VU = (inverse @ self.U.reshape(rows, -1)).reshape(len(self.y), -1)

@@ -29,7 +29,7 @@ from postproc.model.arm import Model
 from postproc.model.ordered import with_ordered_channels
 from postproc.watch import Watch, unwatched
 
-FIRST = ("instrument_frame", "session", "tool_frame", "reflector", "joint_offset", "joint_compliance")
+FIRST = ("instrument_frame", "session", "setup", "tool_frame", "reflector", "joint_offset", "joint_compliance")
 LAST = ("link_geometry",)
 """Where two parameters do the same, the later effect is not fitted: frames before offsets before geometry."""
 PLAIN_TERMS = Terms()
@@ -95,6 +95,8 @@ def _fitted(model: Model, data: Measurements, effects: Sequence[Effect], noise: 
     new = {e.key: e.with_vector(prior_of(e, model).value) if e.is_null else e for e in effects}
     every = [new.pop(e.key, e) for e in model.effects] + list(new.values())
     every.sort(key=_sorting_key)
+    if not placed_by_points(data):
+        every = [e for e in every if e.role is not Role.INSTRUMENT_FRAME or not e.is_null]
     data = replace(data, state=with_ordered_channels(model, data.state, every))
     figures = estimate_noise(data, model.robot, noise)
     problem = Problem(model.with_effects(*every), data, make_weights(data, figures))
@@ -201,13 +203,14 @@ def _evaluated(model: Model, data: Measurements, noise: float | None) -> Fit:
         noise: standard deviation per axis [m] stated by the user; None for that of the data.
     """
     figures = estimate_noise(data, model.robot, noise)
-    frames = FRAME_ROLES[:1] if data.tool_known else FRAME_ROLES
+    frames: tuple[Role, ...] = FRAME_ROLES[:1] if data.tool_known else FRAME_ROLES
+    frames = frames if placed_by_points(data) else frames[1:]
     data = replace(data, state=with_ordered_channels(model, data.state))
     lacking: list[Effect] = [effect_in_role(role).null() for role in frames if model.in_role(role) is None]
     complete = model.with_effects(*lacking, *model.effects)
     problem = start_frames(Problem(complete, data, make_weights(data, figures)))
     complete = problem.model
-    for role in (Role.SESSION_FRAMES, Role.REFLECTOR_POINTS):
+    for role in (Role.SESSION_FRAMES, Role.REFLECTOR_POINTS, Role.SETUPS):
         placed = complete.in_role(role)
         if placed is not None and placed is not model.in_role(role):
             lacking.append(placed)
@@ -253,7 +256,12 @@ def _placed(problem: Problem, figures: Noise, masks: Masks) -> Fit:
     weights, excluded = reweighted(placed, problem.weights, figures, False)
     placed = placed.weighted(weights)
     at = slope(placed, masks, set(), {})
-    return Fit(placed, masks, at.unidentifiable, (), at.columns, at.penalty, figures, excluded)
+    return Fit(placed, masks, at_bound=(), noise=figures, excluded=excluded, **at.found)
+
+
+def placed_by_points(data: Measurements) -> bool:
+    """Return whether an instrument saw the arm: set-ups stand in the frame of the base, and need no other."""
+    return data.readings is None or bool(np.isfinite(data.position).any()) or data.rotation is not None
 
 
 def default_free(effect: Effect, problem: Problem) -> NDArray[np.bool_]:

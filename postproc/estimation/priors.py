@@ -102,8 +102,8 @@ def with_earlier_fit(model: Model, data: Measurements) -> Model:
 
 
 def is_placed(effect: Effect) -> bool:
-    """Return whether an effect says where something was put: the instrument, the tool, points on it, a session."""
-    return effect.is_frame or effect.role in (Role.SESSION_FRAMES, Role.REFLECTOR_POINTS)
+    """Return whether an effect says where something was put: the instrument, the tool, points on it, a set-up."""
+    return effect.is_frame or effect.role in (Role.SESSION_FRAMES, Role.REFLECTOR_POINTS, Role.SETUPS)
 
 
 def lognormal_deviation(spread: Array) -> Array:

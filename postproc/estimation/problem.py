@@ -13,12 +13,15 @@ from postproc.arrays import Array
 from postproc.channels.sight import Site
 from postproc.channels.tool import in_tool_axes
 from postproc.channels.units import recorded
+from postproc.effects.asking import displacement_of
 from postproc.effects.base import Effect
 from postproc.effects.roles import Role
 from postproc.measure.checks.repeats import Noise
+from postproc.measure.kinds.base import UNKNOWNS
+from postproc.measure.kinds.observed import Observed, observed
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
-from postproc.model.derivatives.places import PLACES
+from postproc.model.derivatives.places import INSTRUMENT, PLACES, SETUP
 from postproc.model.derivatives.sensitivity import Sensitivity, sensitivity
 from postproc.model.equilibrium import Equilibrium, equilibrium
 from postproc.robot.pose import rotation_vectors
@@ -28,8 +31,8 @@ from postproc.robot.pose import rotation_vectors
 class Weights:
     """One over the standard deviation of every measured number, 0 where it was not measured or is excluded.
 
-    The r numbers of a row are the position (3), then the rotation vector (3) where orientations were measured, then the
-    joint angles (6) where they were measured on the output side.
+    The r numbers of a row are the position, or what it reads in its place (3), then the rotation vector (3) where
+    orientations were measured, then the joint angles (6) where they were measured on the output side.
 
     Args:
         values: (n, r) [1/m], [1/rad].
@@ -87,7 +90,7 @@ def make_weights(data: Measurements, noise: Noise) -> Weights:
         square = np.where(np.isfinite(data.sigma) & (data.sigma > 0), data.sigma, np.nanmedian(data.sigma)) ** 2
         square += max(sigma**2 - float(np.mean(square)), 0.0)
         relative = np.sqrt(square / np.mean(square))
-    parts = [np.isfinite(data.position) / (sigma * relative)[:, None]]
+    parts = [np.isfinite(data.points) / (sigma * relative)[:, None]]
     if data.rotation is not None:
         measured = np.asarray(np.isfinite(data.rotation).all(axis=(1, 2)))
         parts.append(np.repeat(measured[:, None], 3, axis=1) / (noise.rotation or sigma))
@@ -127,16 +130,46 @@ class Problem:
         """(n, r) measured minus predicted [m], [rad], positions in instrument axes; NaN where not measured."""
         T = self.T_instrument_tcp
         parts = [self.data.position - T[:, :3, 3]]
+        if self.read is not None and self.data.readings is not None:
+            numbers = self.data.readings.numbers
+            # One end of a distance alone tells nothing: its zero takes up whatever it reads.
+            off = np.where(np.isfinite(numbers) & np.isnan(self.read.value), 0.0, numbers - self.read.value)
+            parts = [np.where(self.set_up[:, None], off, parts[0])]
         if self.data.rotation is not None:
             parts.append(rotation_vectors(self.data.rotation @ np.swapaxes(T[:, :3, :3], 1, 2)))
         if self.data.joint is not None:
             parts.append(self.data.joint - self.equilibrium.chain.q)
         return np.hstack(parts)
 
+    @property
+    def set_up(self) -> NDArray[np.bool_]:
+        """(n,) mask of rows that measure no position, but read what their set-up shows."""
+        setup = self.data.state.setup
+        return np.zeros(len(self.data), dtype=bool) if setup is None else np.asarray(setup) >= 0
+
+    @cached_property
+    def read(self) -> Observed | None:
+        """What rows with a set-up read by the model, with derivatives; None where all rows measure positions."""
+        readings, state = self.data.readings, self.data.state
+        if readings is None:
+            return None
+        unknowns = [displacement_of(e, state).setup for e in self.model.effects if e.role is Role.SETUPS]
+        some = [x for x in unknowns if x is not None] or [np.zeros((len(state), UNKNOWNS))]
+        return observed(state, readings, self.equilibrium.T_reference_tcp[:, :3, 3], some[0])
+
+    @property
+    def directions(self) -> Array:
+        """(n, k, d) directions of the numbers of a row that are observed: axes, or those along which a set-up reads."""
+        if self.read is None or self.data.observed.name != "position":
+            width = self.data.observed.columns.stop - self.data.observed.columns.start
+            return np.broadcast_to(np.eye(width), (len(self.data), width, width))
+        axes = np.swapaxes(self.equilibrium.R_instrument_reference, 1, 2)
+        return np.where(self.set_up[:, None, None], self.read.by_point, np.swapaxes(axes, 1, 2))
+
     def weighted(self, weights: Weights) -> Problem:
         """Return the problem with other weights; what the model predicts is taken over and not computed again."""
         other = replace(self, weights=weights)
-        same = ("equilibrium", "error", "sensitivity")
+        same = ("equilibrium", "read", "error", "sensitivity")
         other.__dict__.update({k: v for k, v in self.__dict__.items() if k in same})
         return other
 
@@ -169,23 +202,29 @@ class Problem:
 
     @property
     def lever(self) -> Array:
-        """(n, 6, 60) derivative of the TCP pose [m], [rad], whatever was measured, by 60 unit moves.
+        """(n, 6, 66) derivative of the TCP pose [m], [rad], whatever was measured, by 66 unit moves.
 
         The moves are a turn of each of the 6 joints, and a shift and turn (6 each) of each of the 7 bodies, of the tool
-        and of the instrument.
+        and of the instrument, and six unknowns of a set-up, which move no pose.
         """
         return sensitivity(self.model, self.equilibrium).matrix[:, :6]
 
     @cached_property
     def sensitivity(self) -> Sensitivity:
-        """Derivative (n, r, 60) of the measured numbers [m], [rad] by the 60 unit moves of `lever`."""
+        """Derivative (n, r, 66) of the measured numbers [m], [rad] by the 66 unit moves of `lever`."""
         of_pose = sensitivity(self.model, self.equilibrium)
         n, r = self.weights.values.shape
-        if r == 6 and self.data.rotation is not None:
+        if r == 6 and self.data.rotation is not None and self.read is None:
             return of_pose
         matrix = np.zeros((n, r, PLACES))
         pose = 3 if self.data.rotation is None else 6
         matrix[:, :pose] = of_pose.matrix[:, :pose]
+        if self.read is not None:
+            # Set-ups are fixed to the frame of measured points, wherever an instrument stands.
+            seen, rows = self.read, self.set_up
+            turn = seen.by_point[rows] @ np.swapaxes(self.equilibrium.R_instrument_reference[rows], 1, 2)
+            matrix[rows, :3] = turn @ of_pose.matrix[rows, :3]
+            matrix[rows, :3, INSTRUMENT:SETUP], matrix[rows, :3, SETUP:] = 0.0, seen.by_unknown[rows]
         if self.data.joint is not None:
             matrix[:, pose:, :6] = np.eye(6)
         return replace(of_pose, matrix=matrix)

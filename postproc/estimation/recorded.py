@@ -12,6 +12,8 @@ from postproc import __version__
 from postproc.diagnostics import PostprocError
 from postproc.effects.roles import FRAME_ROLES
 from postproc.estimation.fitted import Fit
+from postproc.estimation.priors import prior_of
+from postproc.estimation.solving.setups import lasting
 from postproc.measure.checks.readings import MISMATCH_M
 from postproc.measure.consensus import agreement
 from postproc.measure.errors import distances
@@ -28,7 +30,9 @@ def recorded_model(fit: Fit) -> Model:
     """Return the fitted model with its table [fit]: data and its hash, figures, covariance, measured range, version."""
     data = fit.data
     after = fit.posterior
+    model, renamed = lasting(fit.model)
     known = Uncertainty(after.names, after.covariance, pose_error_sigma(fit), after.unidentifiable, after.directions)
+    known = known.renamed("setup", renamed)
     regions = fit.regions
     if regions is not None:
         known = replace(known, beyond=beyond_sigma(fit) or 0.0, measured=regions.field)
@@ -38,10 +42,12 @@ def recorded_model(fit: Fit) -> Model:
         key("rms"): mm(fit.rms),
         **({} if fit.unseen_rms is None else {key("held_out_rms"): mm(fit.unseen_rms)}),
         "version": __version__,
-        **uncertainty_table(fit.model, known),
+        **uncertainty_table(model, known),
         "undetermined": [parameter_name(fit.model, *name) for name in undetermined(fit)],
         "range": range_table(data.state),
     }
+    if after.base:
+        table["base"] = [parameter_name(model, *name) for name in after.base]
     if fit.parts.repeatability is not None:
         table[key("noise_repeatability")] = mm(fit.parts.repeatability)
     if noise is not None:
@@ -56,8 +62,8 @@ def recorded_model(fit: Fit) -> Model:
         hashes = [hashlib.sha256(source.data).hexdigest() for source in data.sources]
         table["data"], table["data_sha256"] = (names, hashes) if names[1:] else (names[0], hashes[0])
     if regions is None or regions.surest is None:
-        return replace(fit.model, fit=table)
-    surest, added = regions.surest, fit.model
+        return replace(model, fit=table)
+    surest, added = lasting(regions.surest)[0], model
     table["local"] = [e.key for e in added.effects if surest.effect(e.key) is None]
     table["surest"] = {e.key: [float(f"{x:.12g}") for x in e.vector()] for e in surest.effects}
     return replace(added, fit=table, surest=surest)
@@ -91,6 +97,22 @@ def undetermined(fit: Fit) -> list[tuple[str, int]]:
     return sorted(names[k] for k in fit.posterior.undetermined)
 
 
+def silent(fit: Fit) -> list[str]:
+    """Return the keys of effects that stand at null because the rows say little of any of their parameters.
+
+    They would leave predictions as they are, and make them less sure by what no row could show.
+    """
+    open_ = set(undetermined(fit))
+    names = {*fit.posterior.names, *fit.posterior.unidentifiable}
+    keys = []
+    for effect in fit.model.effects:
+        shown = {(effect.key, i) for i in range(len(effect.vector()))} & names
+        null = not np.any(prior_of(effect, fit.model).value - effect.null_vector())
+        if null and effect.amplitudes().all() and shown <= open_:
+            keys.append(effect.key)
+    return keys
+
+
 def no_farther_than_nominal(fit: Fit) -> None:
     """Raise DAT039 where most rows are clearly farther from a fit than from the nominal arm, DAT009 over 50 mm.
 
@@ -102,7 +124,8 @@ def no_farther_than_nominal(fit: Fit) -> None:
     Raises:
         PostprocError: DAT009, DAT039.
     """
-    if fit.observed.name != "position" or any(fit.model.in_role(role) is None for role in FRAME_ROLES):
+    framed = all(fit.model.in_role(role) is not None for role in FRAME_ROLES)
+    if fit.observed.name != "position" or not (framed or fit.data.readings):
         return
     agreed = agreement(fit.data, fit.model.robot)
     if len(agreed.rows) < FEWEST_ROWS_JUDGED or not agreed.near:

@@ -90,7 +90,7 @@ class HeldOutRegion:
         """
         old, _ = _predicted_without(before, before.linear, region)
         new, known = _predicted_without(*after, region)
-        rows = some_of(np.flatnonzero(region & np.isfinite(old + new).all(axis=1)), ROWS_JUDGED)
+        rows = some_of(np.flatnonzero(region & np.isfinite(old + new).any(axis=1)), ROWS_JUDGED)
         return cls(region, old, new, rows, np.sqrt(variance) * known[np.searchsorted(np.flatnonzero(region), rows)])
 
 
@@ -120,7 +120,8 @@ def judged_by_regions(fit: Solution, lacking: tuple[Field, float], regions: Sequ
     The model before lacks a smooth random function of variance s^2 (`lacking_field`). What of that still lacks is
     another one, of the same lengths and variance b^2 <= s^2, of which the rows tell all but the posterior covariance.
     With t the residual deviation of the fit and G what its parameters may be off, errors of a region are normal with
-    covariance t^2 I + G G^T + b^2 (K_BB - K_BA (K_AA + r I)^-1 K_AB), A the rows of the other regions. The logarithm of
+    covariance t^2 I + G G^T + b^2 (K_BB - K_BA (K_AA + r I)^-1 K_AB), A the rows of the other regions, K between
+    numbers times the cosine of their directions. The logarithm of
     b is uniform below that of s, and its square averaged over what the errors of all regions say.
 
     Args:
@@ -132,24 +133,31 @@ def judged_by_regions(fit: Solution, lacking: tuple[Field, float], regions: Sequ
     kept = np.ones(len(fit.data), dtype=bool)
     kept[list(fit.excluded)] = False
     level = rms(fit.observed_error[kept])
+    weights, columns = fit.problem.weights.values[:, fit.observed.columns], fit.observed.columns
+    used, directions = fit.problem.weights.used[:, columns], fit.problem.directions
+    relative = np.where(used, 1.0 / np.where(used, weights, 1.0), 1.0)
+    relative /= rms(relative[used])
     sizes = np.append(0.0, deviation * np.geomspace(1e-3, 1.0, SIZES))
     evidence = np.zeros(len(sizes))
     x = coordinates(fit.data.state, field.names)
     before, after, gain = [], [], 0.0
     for one in regions:
-        good = kept & one.region & np.isfinite(one.before + one.after).all(axis=1)
+        good = kept & one.region & np.isfinite(one.before + one.after).any(axis=1)
         before.append(one.before[good])
         after.append(one.after[good])
         counted = good[one.rows]
         rows, others = one.rows[counted], some_of(np.flatnonzero(kept & ~one.region), ROWS_KEPT)
         posterior = field.posterior(x[others], x[rows])
-        known = one.open_[counted].reshape(one.after[rows].size, -1)
-        lower = cholesky(level**2 * np.eye(len(known)) + known @ known.T, lower=True, check_finite=False)
+        numbers = np.isfinite(one.after[rows])
+        known, of_row, along = one.open_[counted][numbers], np.nonzero(numbers)[0], directions[rows][numbers]
+        noise = level * relative[rows][numbers]
+        lower = cholesky(np.diag(noise**2) + known @ known.T, lower=True, check_finite=False)
         # With errors and covariance in units of the known one, every size of b is judged by one decomposition.
-        errors = np.column_stack([one.before[rows].ravel(), one.after[rows].ravel()])
+        errors = np.column_stack([one.before[rows][numbers], one.after[rows][numbers]])
         old, new = solve_triangular(lower, errors, lower=True, check_finite=False).T
         gain += float(old @ old - new @ new)
-        scaled = solve_triangular(lower, np.kron(posterior, np.eye(one.after.shape[1])), lower=True, check_finite=False)
+        open_ = posterior[np.ix_(of_row, of_row)] * (along @ along.T)
+        scaled = solve_triangular(lower, open_, lower=True, check_finite=False)
         size, axes = np.linalg.eigh(solve_triangular(lower, scaled.T, lower=True, check_finite=False))
         turned = axes.T @ new
         variance = 1.0 + sizes[:, None] ** 2 * np.maximum(size, 0.0)

@@ -20,6 +20,7 @@ from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import evaluate
 from postproc.estimation.solving.session_laws import session_laws
 from postproc.estimation.solving.start import FEWEST_POSES_TO_PLACE, reflectors_known
+from postproc.identification.readings import predict_readings
 from postproc.measure.checks.readings import SUSPICIOUS_M
 from postproc.measure.errors import distances
 from postproc.measure.measurements import Measurements
@@ -46,6 +47,8 @@ class Prediction:
         measured: (n,) that of a measurement of it, with the noise of instrument and arm, NaN where that is not known.
         parts: (n, 3) standard deviations [m] that these two consist of: by the parameters, by what no effect explains,
             and the noise.
+        reading: (n,) what rows of a plane, a distance or a gauge would read [m], NaN in others, whose standard
+            deviations are those of the reading. None where no row reads such a number.
         diagnostics: effects and channels for which the model does not hold here, and where the instrument stands.
     """
 
@@ -54,12 +57,14 @@ class Prediction:
     sigma: Array
     measured: Array
     parts: Array
+    reading: Array | None = None
     diagnostics: tuple[Diagnostic, ...] = ()
 
     def as_csv(self) -> str:
         """Return the prediction as CSV (``PREDICTION_HEADER``), a row for each input row, empty if unknown."""
-        lines = [PREDICTION_HEADER]
-        columns = np.column_stack([self.position, self.sigma, self.measured, self.parts]) * 1e3
+        lines = [PREDICTION_HEADER + ("" if self.reading is None else ",predicted_mm")]
+        numbers = [self.position, self.sigma, self.measured, self.parts]
+        columns = np.column_stack(numbers if self.reading is None else [*numbers, self.reading]) * 1e3
         for label, row in zip(self.pose_id, columns, strict=True):
             lines.append(",".join([label, *(f"{x:.5f}" if np.isfinite(x) else "" for x in row)]))
         return "\n".join(lines) + "\n"
@@ -92,12 +97,20 @@ def predict_rows(model: Model, data: Measurements, place: bool = False) -> Predi
     if placed is not None:
         parts[good, 0] = _sigma_placed(placed, state)
     parts[good, 2] = _noise(model, some)
+    read, reading = predict_readings(known, some, state), None
+    if read is not None:
+        reading = np.full(len(data), np.nan)
+        reading[good], single = read.value, np.isfinite(read.value)
+        parts[np.flatnonzero(good)[single]] = read.parts[single]
     sigma, measured = np.hypot(parts[:, 0], parts[:, 1]), np.sqrt(np.sum(parts**2, axis=1))
     if placed is None:
         findings += _elsewhere(model, data, seen, position)
     findings += [*derived_sides(model, data), *_left_out(model, state, data), *_beyond(model, state, data)]
     findings += _unknown_reflectors(known, state, data)
-    return Prediction(data.pose_id, position, sigma, measured, parts, tuple(findings))
+    # The far ends of distances between rows stand behind all rows of a table.
+    rows = slice(0, data.listed)
+    columns = (position[rows], sigma[rows], measured[rows], parts[rows], None if reading is None else reading[rows])
+    return Prediction(data.pose_id[rows], *columns, tuple(findings))
 
 
 def _noise(model: Model, data: Measurements) -> Array:

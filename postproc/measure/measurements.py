@@ -14,8 +14,11 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.channels.state import State
 from postproc.diagnostics import Diagnostic, Source, Span
+from postproc.measure.kinds.base import Readings
 from postproc.measure.observations import Observation, observations
 
+FEWEST_SETUPS = 3
+"""Set-ups from which on one of them can be left out: fewer determine nothing of the arm without it."""
 FEWEST_ROWS_JUDGED = 8
 """Fewer rows tell nothing of a table: their angles may all be round, and any half of them be right, by chance."""
 
@@ -28,6 +31,7 @@ class Measurements:
         state: what was commanded, and the channels.
         position: (n, 3) measured TCP in the instrument's frame [m]; NaN where not measured.
         rotation: (n, 3, 3) measured orientation, NaN where not measured; None where the file has none.
+        readings: what rows read that measure no position (`measure.kinds`), None where all do.
         joint: (n, 6) joint angles measured on the output side [rad], NaN where not measured; None where the file has
             none.
         sigma: (n,) the instrument's own standard deviation [m], None where not stated.
@@ -51,6 +55,7 @@ class Measurements:
     rotation: Array | None = None
     joint: Array | None = None
     sigma: Array | None = None
+    readings: Readings | None = None
     pose_id: tuple[str, ...] = ()
     row: tuple[int, ...] = ()
     line: tuple[int, ...] = ()
@@ -97,12 +102,23 @@ class Measurements:
     @cached_property
     def filled(self) -> NDArray[np.bool_]:
         """(n,) bool: rows with a commanded state and something measured."""
-        measured = np.asarray(np.isfinite(self.position).any(axis=1))
+        measured = np.asarray(np.isfinite(self.points).any(axis=1))
         if self.rotation is not None:
             measured |= np.isfinite(self.rotation).all(axis=(1, 2))
         if self.joint is not None:
             measured |= np.isfinite(self.joint).any(axis=1)
         return np.asarray(measured & np.isfinite(self.state.q).all(axis=1) & ~self.off_arm)
+
+    @property
+    def points(self) -> Array:
+        """(n, 3) positions [m], in rows that measure none what they read in its place; NaN where not measured."""
+        read = self.readings
+        return self.position if read is None else np.where(np.isfinite(read.numbers), read.numbers, self.position)
+
+    @property
+    def listed(self) -> int:
+        """Rows that a table lists: without the far ends of distances between two rows, which stand last."""
+        return len(self) if self.readings is None else int(np.sum(self.readings.sign >= 0))
 
     @property
     def off_arm(self) -> NDArray[np.bool_]:
@@ -112,7 +128,8 @@ class Measurements:
     @cached_property
     def observations(self) -> tuple[Observation, ...]:
         """The kinds of measured numbers that the table has columns for."""
-        return observations(self.rotation is not None, self.joint is not None)
+        read = self.readings is not None and not np.isfinite(self.position).any()
+        return observations(self.rotation is not None, self.joint is not None, read)
 
     @cached_property
     def observed(self) -> Observation:
@@ -123,7 +140,7 @@ class Measurements:
     def numbers(self, kind: Observation) -> Array:
         """Return (n, k) measured numbers of one kind, NaN where not measured; orientations as matrices (n, 9)."""
         if kind.name == "position":
-            return self.position
+            return self.points
         values = self.rotation if kind.name == "orientation" else self.joint
         assert values is not None
         return values.reshape(len(self), -1)
@@ -133,6 +150,7 @@ class Measurements:
         picked = np.arange(len(self))[np.asarray(index)]
         some: dict[str, Any] = {name: getattr(self, name) for name in ("position", "rotation", "joint", "sigma")}
         some = {name: values if values is None else values[picked] for name, values in some.items()}
+        some["readings"] = None if self.readings is None else self.readings.rows(picked)
         for name in ("pose_id", "row", "line", "file"):
             values = getattr(self, name)
             some[name] = tuple(values[i] for i in picked) if values else ()
@@ -188,6 +206,21 @@ class Measurements:
         return self if (np.diff(order) > 0).all() else self.rows(order)
 
     @cached_property
+    def left_out_together(self) -> NDArray[np.int_]:
+        """(n,) number of the group of rows that a cross-validation fold leaves out whole: repeats of a pose, set-ups.
+
+        Set-ups are left out whole where there are `FEWEST_SETUPS` or more, or where two rows are all that they have:
+        with rows of its own a plane predicts others on it whatever the arm is like.
+        """
+        state = self.state
+        if self.readings is None or state.setup is None:
+            return self.repeats
+        setup = np.asarray(state.setup, dtype=int)
+        rows = np.bincount(setup[setup >= 0], minlength=len(state.setup_names))
+        whole = (rows <= 2) | (np.sum(rows > 0) >= FEWEST_SETUPS)
+        return np.where((setup >= 0) & whole[setup], self.repeats.max() + 1 + setup, self.repeats)
+
+    @cached_property
     def step(self) -> float:
         """Step [rad] of which all joint angles are multiples, 1 to 1e-4 of a degree or radian by tens; 0 for none."""
         if len(self) < FEWEST_ROWS_JUDGED or not np.isfinite(self.state.q).all():
@@ -203,14 +236,14 @@ class Measurements:
     def repeats(self) -> NDArray[np.int_]:
         """(n,) number of the group of repeats that each row belongs to.
 
-        Repeats have the same label, session, reflector, commanded joints and speeds, payload, stated side of approach
-        and external axes.
+        Repeats have the same label, session, reflector, set-up, commanded joints and speeds, payload, stated side of
+        approach and external axes.
         """
         stated = None if self.sides_from else self.state.approach
         keys: dict[tuple[object, ...], int] = {}
         parts = [np.round(self.state.q, 9)]
         state = self.state
-        for channel in (stated, state.reflector, state.payload_mass, state.v, state.external_axes):
+        for channel in (stated, state.reflector, state.setup, state.payload_mass, state.v, state.external_axes):
             if channel is not None:
                 parts.append(np.round(channel.reshape(len(self), -1 if len(self) else 1), 9))
         stacked = np.nan_to_num(np.hstack(parts), nan=-1e9)

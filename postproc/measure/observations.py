@@ -27,13 +27,15 @@ class Observation:
         return f"{name}_{self.unit}"
 
 
-def observations(rotation: bool, joint: bool) -> tuple[Observation, ...]:
+def observations(rotation: bool, joint: bool, read: bool = False) -> tuple[Observation, ...]:
     """Return the kinds of numbers in a row of measurements, in the order of their columns; positions always exist.
 
     Args:
         rotation, joint: whether orientations, and joint angles on the output side, have columns.
+        read: whether no row measures a position, but reads something in its place.
     """
-    kinds = [Observation("position", slice(0, 3), "mm", "axis", "the points")]
+    each, subject = ("reading", "the readings") if read else ("axis", "the points")
+    kinds = [Observation("position", slice(0, 3), "mm", each, subject)]
     if rotation:
         kinds.append(Observation("orientation", slice(3, 6), "mrad", "axis", "the orientations"))
     if joint:

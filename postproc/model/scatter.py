@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from postproc.robot.arm import Robot
 from postproc.robot.kinematics import jacobian
 
 DRAWS = 4096
+QUANTILES = (0.025, 0.975)
 NORMAL_95 = 1.959964  # standard deviations of a normal distribution that hold 95 %
 STIFFNESS_FACTOR = np.array([4, 3, 2.5, 2.5, 3.5, 2.5])
 """Factors that hold 95 % of arms about the rule of the library, where an arm's file states none (docs/robot.md)."""
@@ -32,39 +33,60 @@ def stiffness_factors(robot: Robot) -> Array:
     return np.full(6, PUBLISHED_FACTOR) if robot.stiffness_source == "measured" else STIFFNESS_FACTOR
 
 
+@dataclass(frozen=True, slots=True)
+class Scatter:
+    """What a correction with the stiffness of the type leaves on an arm of the type: intervals that hold 95 % of arms.
+
+    Args:
+        remaining: share of the arm's own deflection. of_estimate: the same as a share of the estimated deflection.
+        after_gauge: ``remaining`` once readings of a dial gauge have told the stiffness; None before that is asked.
+    """
+
+    remaining: tuple[float, float]
+    of_estimate: tuple[float, float]
+    after_gauge: tuple[float, float] | None = None
+
+
 def remaining_fraction(model: Model, state: State) -> tuple[float, float]:
-    """Return a 95 % interval of the share of the deflection that remains after a correction with estimated stiffness.
+    """Return the share of the deflection that remains after a correction with the stiffness of the type: `scatter_of`.
+
+    Args:
+        state: n states with all loads, where the correction is made.
+    """
+    return scatter_of(model, state).remaining
+
+
+def scatter_of(model: Model, state: State, known: Array | None = None) -> Scatter:
+    """Return 95 % intervals of what remains of the deflection after a correction with the stiffness of the type.
 
     The deflection of the TCP is d = sum_js x_js, the share of joint j under source s (bodies 1 to 6; all that is
     stated: payload, force, effects), x_js = J_j c_j tau_js. An arm has a_js = f_j g_s times as much of each: f_j its
     compliance over the estimate, log-normal with 95 % within the arm's factor; g_s its mass over the estimate,
     log-normal with one standard deviation at the body's factor, 1 for what is stated. Over all states, with the Gram
-    matrix G of the shares, what remains of that arm's deflection is rho = sqrt((a - 1)^T G (a - 1) / a^T G a); its
-    quantiles are taken over a scrambled Sobol sequence (Owen 1998), the same every time. Above 1 the correction is
-    worse than none.
+    matrix G of the shares, what remains of that arm's deflection is rho = sqrt((a - 1)^T G (a - 1) / a^T G a), and of
+    the estimated one sqrt((a - 1)^T G (a - 1) / 1^T G 1): soft arms bend more. Quantiles of 2.5 % and 97.5 % are taken
+    over a scrambled Sobol sequence (Owen 1998), the same every time. Above 1 the correction is worse than none.
 
     Args:
         state: n states with all loads, where the correction is made.
-
-    Returns:
-        2.5 % and 97.5 % quantiles of rho.
+        known: (6, 6) covariance of the logarithms of f, where measurements have told something of them.
     """
     from scipy.stats import norm, qmc
 
-    shares = _shares(model, state)
-    gram = shares @ shares.T
+    parts = _shares(model, state)
+    gram = parts @ parts.T
     if not gram.any():
-        return 0.0, 0.0
+        return Scatter((0.0, 0.0), (0.0, 0.0))
     robot = model.robot
-    factor = stiffness_factors(robot)
     masses = np.ones(7) if robot.mass_factor is None else robot.mass_factor
-    spread = np.concatenate([np.log(factor) / NORMAL_95, np.log(masses[1:])])
-    drawn = np.exp(norm.ppf(qmc.Sobol(len(spread), rng=np.random.default_rng(0)).random(DRAWS)) * spread)
-    sources = np.column_stack([drawn[:, 6:], np.ones(DRAWS)])
-    a = (drawn[:, :6, None] * sources[:, None, :]).reshape(DRAWS, -1)
+    spread = np.diag(np.log(stiffness_factors(robot)) / NORMAL_95) if known is None else np.linalg.cholesky(known).T
+    drawn = norm.ppf(qmc.Sobol(12, rng=np.random.default_rng(0)).random(DRAWS))
+    sources = np.column_stack([np.exp(drawn[:, 6:] * np.log(masses[1:])), np.ones(DRAWS)])
+    a = (np.exp(drawn[:, :6] @ spread)[:, :, None] * sources[:, None, :]).reshape(DRAWS, -1)
     remaining, full = (np.einsum("kp,pq,kq->k", x, gram, x, optimize=True) for x in (a - 1.0, a))
-    low, high = np.quantile(np.sqrt(np.maximum(remaining, 0.0) / full), [0.025, 0.975])
-    return float(low), float(high)
+    shares = np.sqrt(np.maximum(remaining, 0.0) / [full, np.full(DRAWS, gram.sum())])
+    (low, high), (least, most) = np.quantile(shares, QUANTILES, axis=1).T.tolist()
+    return Scatter((low, high), (least, most))
 
 
 def _shares(model: Model, state: State) -> Array:

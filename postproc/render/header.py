@@ -9,11 +9,11 @@ from jinja2.sandbox import SandboxedEnvironment
 
 from postproc import __version__
 from postproc.compensation.conversion import Draft, JudgedProgram
-from postproc.compensation.judgement.accuracy import estimated_stiffness
+from postproc.compensation.judgement.accuracy import better_figure
 from postproc.compensation.options import Options
 from postproc.diagnostics import Source
 from postproc.model.arm import Model
-from postproc.numbers import mm
+from postproc.numbers import mm, on_arm_text
 from postproc.rapid.syntax.spans import Edit
 from postproc.render.module import render_text
 from postproc.render.templates import environment, fill, load_template
@@ -64,7 +64,8 @@ def header_values(model: Model, judged: JudgedProgram) -> dict[str, Any]:
         "arc_before_mm": _mm(figures.arc_before),
         "arc_mm": _mm(figures.arc),
         **beyond,
-        "stiffness": estimated_stiffness(judged.remaining, mm(figures.before, 5)),
+        "on_arm": on_arm_text(judged.expected_on_arm_mm),
+        "stiffness": better_figure({"robot": model.robot.name, **judged.remaining_values()}),
         "added": judged.added,
         "left": judged.uncorrected,
         "run_time": judged.run_time,

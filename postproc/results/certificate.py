@@ -7,10 +7,12 @@ from enum import Enum
 from hashlib import sha256
 
 from postproc.compensation.conversion import Conversion
-from postproc.compensation.judgement.accuracy import estimated_stiffness
+from postproc.compensation.judgement.accuracy import better_figure
 from postproc.identification.compare import Comparison
+from postproc.numbers import on_arm_text
 from postproc.report.blocks import DataTable, Document, Figure, Section, Values, plain
 from postproc.results.comparison import comparison_document, iso_figures
+from postproc.results.conversion import main_figures
 
 COMPUTED = (
     "The deviations are computed with the model of the arm, along the whole path of the program as it was written and "
@@ -25,7 +27,7 @@ class Verdict(Enum):
 
     KEPT = "The tolerance is kept."
     NOT_KEPT = "The tolerance is not kept."
-    NOT_SHOWN = "The tolerance is kept in the model; on the arm that is not shown."
+    NOT_SHOWN = "That the tolerance is kept on the arm is not shown; in the model it is."
 
 
 def program_certificate(name: str, conversion: Conversion, made: Mapping[str, str] | None = None) -> Document:
@@ -78,27 +80,26 @@ def program_certificate(name: str, conversion: Conversion, made: Mapping[str, st
     if not seams:
         sentence = f"{along[1]:.3f} mm of deviation remain along lines and arcs, {tolerance:g} mm are allowed."
     verdict, sure = _on_the_arm(document, kept)
-    text = f"{sentence} {sure}"
+    expected = on_arm_text(document["expected_on_arm_mm"])
+    text = f"Expected on the arm {main_figures(document)[2]}: {expected}. In the model: {sentence} {sure}"
     return _certificate(f"Acceptance of {name}", verdict, text, document, facts=facts, parts=parts, basis=COMPUTED)
 
 
 def _on_the_arm(document: Values, kept: bool) -> tuple[Verdict, str]:
     """Return whether the real arm keeps its tolerance, and how sure the model is.
 
-    It is kept there if it is so with the 95 % error of the fitted model added.
+    It is kept there if the model was fitted, and the upper end of what is expected on the arm is within the tolerance.
 
     Args:
         document: that of the conversion. kept: the tolerance is kept in the model.
     """
     known, verdict = document["expected_accuracy"], Verdict.NOT_SHOWN if kept else Verdict.NOT_KEPT
     if known is None:
-        estimate = estimated_stiffness(document["expected_remaining_fraction"], document["max_error_before_mm"])
-        return verdict, f"The model was not fitted to measurements of this arm{estimate and ': '}{estimate}."
-    of_welds, within = document["max_arc_error_after_mm"], known["within_95_percent_mm"]
-    remaining = document["max_error_after_mm"] if of_welds is None else of_welds
-    if kept and remaining + within <= document["tolerance_mm"]:
+        better = better_figure(document)
+        return verdict, f"The model was not fitted to measurements of this arm{better and ': '}{better}."
+    if kept and document["expected_on_arm_mm"][1] <= document["tolerance_mm"]:
         verdict = Verdict.KEPT
-    return verdict, f"The fitted model itself is sure to {within:.3f} mm (95 %)."
+    return verdict, f"The fitted model itself is sure to {known['within_95_percent_mm']:.3f} mm (95 %)."
 
 
 def arm_certificate(name: str, comparison: Comparison) -> Document:

@@ -11,13 +11,13 @@ import numpy as np
 
 from postproc import __version__
 from postproc.compensation.conversion import Conversion
-from postproc.compensation.judgement.accuracy import Accuracy, estimated_stiffness
+from postproc.compensation.judgement.accuracy import Accuracy, better_figure
 from postproc.compensation.judgement.seams import Seam
 from postproc.compensation.text.values import StatementOutcome
 from postproc.diagnostics import Diagnostic, Matter
 from postproc.effects.registry import effect_library
 from postproc.model.undetermined import PULLING_POSES, Undetermined
-from postproc.numbers import mm
+from postproc.numbers import mm, on_arm_text
 from postproc.report.blocks import DataTable, Document, Figure, Scene, Section, Values, View, attributes
 from postproc.results.wording import in_words, readable, with_sigma
 from postproc.results.work_objects import from_programmed_path, rigid_shift_values, work_object_section
@@ -140,7 +140,8 @@ def conversion_values(conversion: Conversion) -> dict[str, Any]:
         "cycle_time_before_s": limits and round(limits.cycle_time, 3),
         "diagnostics": findings,
         "already": list(judged.options.already),
-        "expected_remaining_fraction": judged.remaining,
+        "expected_on_arm_mm": judged.expected_on_arm_mm,
+        **judged.remaining_values(),
         "run_time": judged.run_time and asdict(judged.run_time),
         "rigid_shift": [*map(rigid_shift_values, judged.shifts)],
         "from_programmed_path": programmed,
@@ -194,18 +195,19 @@ def _path(conversion: Conversion) -> Values:
 
 
 def _figures(values: Values) -> list[Figure]:
-    """Return three figures: deviation before, deviation after, and statements by status.
+    """Return four figures: deviation expected on the arm, before and after in the model, and statements by status.
 
     Args:
         values: the document of the conversion.
     """
-    before, after, where = _main_figures(values) if values["measured_statements"] else (None, None, "")
+    before, after, where = main_figures(values) if values["measured_statements"] else (None, None, "")
     words = {"compensated": "corrected", "run_time": "at run time", "unchanged": "unchanged"}
     counts = _counts(values)
     statuses = [f"{counts[status]} {word}" for status, word in words.items() if counts[status]]
     return [
+        Figure(f"expected on the arm, {where}", on_arm_text(values["expected_on_arm_mm"]) if where else None),
         Figure(f"before, {where}", before, "before"),
-        Figure(f"after, {where}", after, "after"),
+        Figure(f"after in the model, {where}", after, "after"),
         Figure("motion statements", ", ".join([*statuses, f"{counts['skipped']} left"])),
     ]
 
@@ -226,7 +228,7 @@ def _basis(conversion: Conversion, made: Mapping[str, str]) -> str:
     sure = (
         f"the fitted model itself is sure to {known['within_95_percent_mm']:.3f} mm (95 %)"
         if known
-        else unknown_accuracy(conversion.diagnostics)
+        else unknown_accuracy(conversion.diagnostics, values["expected_remaining_fraction"] is not None)
     )
     before, after = values["max_error_before_mm"], values["max_error_after_mm"]
     air = [f"with moves in the air {after:.3f} mm of {before:.3f} mm remain"]
@@ -259,14 +261,17 @@ def _confdata(values: Values) -> list[str]:
     return [f"confdata of {count} changed, it would select another posture ({where} {listed})"]
 
 
-def unknown_accuracy(findings: Iterable[Diagnostic] = ()) -> str:
+def unknown_accuracy(findings: Iterable[Diagnostic] = (), of_type: bool = False) -> str:
     """Say that how near the real torch comes to the path is not known, since the model was not fitted to this arm.
 
     Args:
         findings: of the conversion; where they say that parts of a model do not hold here, that is the reason given.
+        of_type: what is expected on the arm follows from the scatter of its type's stiffness.
     """
     complete = all(d.matter is not Matter.NOT_WHOLE for d in findings)
     why = "the model was not fitted to measurements of this arm" if complete else "not all of the model holds here"
+    if of_type:
+        return f"{why}: what is expected on it counts the stiffness alone, no error of its geometry (`postproc fit`)"
     return f"{why}: these are deviations in the model, and how near the real torch comes is not known (`postproc fit`)"
 
 
@@ -296,21 +301,22 @@ def _outcome_text(conversion: Conversion) -> str:
         return f"{on_controller}{_unmeasured(values)}"
     if not corrected:
         return f"Nothing was corrected.{_unmeasured(values)}"
-    before, after, where = _main_figures(values)
+    before, after, where = main_figures(values)
     places = (("max_transient_mm", "while the speed changes"), ("max_transition_mm", "where the correction jumps"))
     unsteady = [f"{values[key]:.3f} mm {place}" for key, place in places if values[key] > values["tolerance_mm"]]
-    fell = f"At most {after:.3f} mm of deviation remain {where}{' at steady speed' if unsteady else ''}, "
-    fell += f"where there were {before:.3f} mm{'; up to ' * bool(unsteady)}{' and '.join(unsteady)}."
+    fell = f"Expected on the arm {where}: {on_arm_text(values['expected_on_arm_mm'])}; {after:.3f} mm remain in "
+    fell += f"the model{' at steady speed' if unsteady else ''}, where there were {before:.3f} mm"
+    fell += f"{'; up to ' * bool(unsteady)}{' and '.join(unsteady)}."
     if not values["measured_statements"]:
         fell = (
             f"{corrected} statement{'s are' if corrected > 1 else ' is'} corrected; no line or arc could be measured."
         )
     count = values["unproved_statements"]
     doubt = f" {count} of these statements also run where they cannot be followed: what remains there is not proved."
-    estimate = estimated_stiffness(values["expected_remaining_fraction"], values["max_error_before_mm"])
-    estimated = f" On the arm: {estimate.replace('`', '')}." if estimate else ""
+    better = better_figure(values)
+    advice = f"\n{better[0].upper()}{better[1:]}." if better else ""
     fell += from_programmed_path(values)
-    return "".join([fell, _unmeasured(values), doubt * bool(count), f" {on_controller}" * bool(through), estimated])
+    return "".join([fell, _unmeasured(values), doubt * bool(count), f" {on_controller}" * bool(through), advice])
 
 
 def _unmeasured(values: Values) -> str:
@@ -324,7 +330,7 @@ def _unmeasured(values: Values) -> str:
     return f" {what} in no figure: where they begin or end is not known." if count else ""
 
 
-def _main_figures(values: Values) -> tuple[float, float, str]:
+def main_figures(values: Values) -> tuple[float, float, str]:
     """Return the deviations that count, before and after, and where: in welds if there are any, else in all.
 
     Args:

@@ -142,12 +142,14 @@ def _entries(effect: Effect) -> Iterator[tuple[str, str]]:
         for word, length in zip(meta.shape, effect.shape(name), strict=True):
             tied = {} if isinstance(word, int) else {k: v for k, v in chosen.items() if isinstance(v, tuple)}
             tied = {k: v for k, v in tied.items() if word in tied and len(v) == length}
-            if isinstance(word, str) and word in tied and isinstance(tied[word][0], str):
+            if isinstance(word, str) and isinstance(next(iter(tied.get(word, ())), None), str):
                 tied = {word: tied[word]}  # a name says it all
+            # A name that says of what kind it is needs no other word.
+            words = {k: "" if all(" " in str(x) for x in v) else f"{k} " for k, v in tied.items()}
             plain = [f"body {i}" if length == BODIES else str(i + 1) for i in range(length)]
             axes.append(
                 [
-                    ", ".join(f"{k} {v[i] if isinstance(v[i], str) else f'{v[i]:g}'}" for k, v in tied.items())
+                    ", ".join(words[k] + (v[i] if isinstance(v[i], str) else f"{v[i]:g}") for k, v in tied.items())
                     or plain[i]
                     for i in range(length)
                 ]

@@ -21,7 +21,7 @@ BASE = "instrument_frame,tool_frame,joint_offset,joint_compliance"
 RARE = {
     "at_bound[]",
     "effects.fitted[]",
-    "expected_remaining_fraction[]",
+    "expected_on_arm_mm",
     "mass_factor[]",
     "stiffness_factor[]",
     "missing[].not_separable_from[]",

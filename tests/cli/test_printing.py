@@ -213,8 +213,8 @@ def test_the_table_of_many_tasks_shows_those_that_matter() -> None:
     assert len(lines) == 42 and lines[-1] == "  61 more; `--verbose` shows them" and "unproved" in lines[0]
     assert [" ".join(line.split()) for line in lines[1:4]] == [
         "zzz.mod failed 1",
-        "099.mod compensated 1.000 0.0099 1 2 71",
-        "098.mod compensated, as before 1.000 0.0098 1 2",
+        "099.mod compensated not known 1.000 0.0099 1 2 71",
+        "098.mod compensated, as before not known 1.000 0.0098 1 2",
     ]
     assert lines[-2].split()[0] == "061.mod"
     off = Batch((outcome_of("a", "compensated", OFF, OFF),), 0, ())

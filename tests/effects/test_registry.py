@@ -43,6 +43,7 @@ KEYS = [
     "external_axis_compliance",
     "session",
     "reflector",
+    "setup",
     "outlier",
     "curve",
 ]

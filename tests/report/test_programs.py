@@ -52,8 +52,10 @@ def test_the_first_screen_has_the_deviation_before_and_after() -> None:
     made, r = {"model": "cell.toml", "force on the TCP [N]": "0,0,-50"}, seam_under_force().report
     page = render_page(conversion_document("a<b>.mod", seam_under_force(), made))
     before, after = (f"{r[f'max_arc_error_{when}_mm']:.3f} mm" for when in ("before", "after"))
-    assert f"At most {after} of deviation remain while the arc burns" in page and f"where there were {before}" in page
-    assert list(figures(page).values())[:2] == [before, after] and len(figures(page)) == 3
+    on_arm = "{:.2f} to {:.2f} mm".format(*r["expected_on_arm_mm"])
+    assert f"Expected on the arm while the arc burns: {on_arm}; {after} remain in the model" in page
+    assert f"where there were {before}" in page
+    assert list(figures(page).values())[:3] == [on_arm, before, after] and len(figures(page)) == 4
     rows = {row[0]: row[1] for row in tables(page)["how this was made"]["rows"]}
     assert {**made, "arm": r["robot"]}.items() <= rows.items()
     assert "a&lt;b&gt;.mod" in page
@@ -61,7 +63,9 @@ def test_the_first_screen_has_the_deviation_before_and_after() -> None:
     assert carried(page) == json.loads(json.dumps(r))
 
 
-FELL = "At most 0.004 mm of deviation remain along lines and arcs{}, where there were 0.500 mm{}."
+FELL = (
+    "Expected on the arm along lines and arcs: not known; 0.004 mm remain in the model{}, where there were 0.500 mm{}."
+)
 UNSTEADY = "; up to 0.062 mm while the speed changes and 0.200 mm where the correction jumps"
 UNPROVED = " 3 of these statements also run where they cannot be followed: what remains there is not proved."
 SENTENCES = [
@@ -75,7 +79,8 @@ SENTENCES = [
 def test_the_sentence_says_what_remains(others: dict[str, float], sentence: str) -> None:
     steady = {"max_error_before_mm": 0.5, "max_error_after_mm": 0.004, "tolerance_mm": 0.01, "max_transient_mm": 0.01}
     arc = {"max_arc_error_before_mm": None, "max_arc_error_after_mm": None, "max_transition_mm": 0.0}
-    page = program_page(seam_under_force(), **{**steady, **arc, **others})
+    unknown = {"expected_on_arm_mm": None, "expected_remaining_fraction": None}
+    page = program_page(seam_under_force(), **{**steady, **arc, **unknown, **others})
     assert re.findall(r'<p class="sentence">(.*?)</p>', page) == [sentence]
 
 
@@ -158,7 +163,7 @@ def test_the_tool_of_the_drawn_arm_is_on_the_path_of_a_moving_cell(case: Case) -
 
 
 def fitted(within: float) -> dict[str, Any]:
-    return {"expected_accuracy": {"within_95_percent_mm": within}}
+    return {"expected_accuracy": {"within_95_percent_mm": within}, "expected_on_arm_mm": [0.1 * within, within]}
 
 
 VERDICTS = [
@@ -207,10 +212,11 @@ def test_the_page_of_a_batch_puts_failures_and_the_farthest_first() -> None:
     )
     page = render_page(batch_document("cell", Batch(outcomes, 0, ()), pages={"a.mod": "out/report/a #1.html"}))
     text = "2 of 3 programs are corrected, 6 of 10 motion statements in them; 1 failed and has no output; "
-    assert f"{text}at most 0.200 mm remain, in <code>c.mod</code>." in page
+    assert f"{text}the worst is <code>c.mod</code>: expected on the arm not known, 0.200 mm in the model." in page
     assert figures(page) == {
         "programs corrected": "2",
         "failed": "1",
+        "worst on the arm": "not known",
         "worst before": "2.000 mm",
         "worst after": "0.200 mm",
         "targets added": "2",

@@ -10,7 +10,7 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from postproc.batch.values import Shard
+from postproc.batch.values import ON_ARM, Shard
 from postproc.cli.convert.batch_lines import arm_lines, reporting
 from postproc.cli.options import AS_WRITTEN, Flag, Format, ReportFile, RequiredOutput
 from postproc.cli.output import check_outputs, present
@@ -80,7 +80,7 @@ def run(
     present(document, report, json=json, form=format, text=True, on_stderr=True, root=ready.plan.root)
     say(shown.time_line())
     if settings.model is None and folder_or_jobs.is_dir() and batch.counts["compensated"]:
-        say(unknown_accuracy())
+        say(unknown_accuracy(of_type=any(ON_ARM in outcome.figures for outcome in batch.outcomes)))
     return int(batch.failed)
 
 

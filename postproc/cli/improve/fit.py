@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Set
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,11 +12,11 @@ from cyclopts import Parameter
 from postproc import BASE
 from postproc.cli.improve.model_options import ArmOptions, MeasuredOptions
 from postproc.cli.inputs import assumed, short_names
-from postproc.cli.options import Flag, Output, Tables, TextFlag, VectorText, parse_vector
+from postproc.cli.options import Flag, Output, Tables, TextFlag, VectorText, parse_tool, parse_vector
 from postproc.cli.output import check_outputs, present, write_model
 from postproc.cli.printing import say, say_next, show
 from postproc.cli.progress import watching
-from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.diagnostics import Diagnostic, PostprocError, joined
 
 if TYPE_CHECKING:
     from postproc.effects.base import Effect
@@ -32,6 +33,7 @@ def run(
     robot: str | None = None,
     effects: Annotated[str | None, Parameter(name="--effects")] = None,
     mounting: VectorText | None = None,
+    tool: VectorText | None = None,
     cell: Path | None = None,
     output: Output = None,
     table: MeasuredOptions = MeasuredOptions(),
@@ -45,6 +47,7 @@ def run(
         effects: effects to fit, KEY,KEY,..; FILE.py among them stands for the effects it defines, its code is run.
             Default: instrument_frame,tool_frame,joint_offset,joint_compliance.
         mounting: roll, pitch, yaw of the base in the world [deg], R,P,Y: 180,0,0 hangs from a gantry. Default: 0,0,0.
+        tool: TCP of tables of joint angles, X,Y,Z [mm] in tool0. Default: the fit finds it where the rows tell it.
         cell: what carries the arm and its work: TOML file with [[external_axes]], controller's backup, or its MOC.cfg.
             Default: that of ``postproc.toml``.
         output: model file to write. Default: stdout, and nowhere with --json.
@@ -52,7 +55,7 @@ def run(
     """
     import numpy as np
 
-    from postproc.estimation.recorded import no_farther_than_nominal, recorded_model
+    from postproc.estimation.recorded import no_farther_than_nominal, recorded_model, silent
     from postproc.identification.add import fit_effects
     from postproc.model.arm import Model
     from postproc.results.fit import fit_document
@@ -69,9 +72,15 @@ def run(
     measured = table.read(data, arm, at=station)
     turned = stated.mounting or (0.0, 0.0, 0.0) if mounting is None else parse_vector("--mounting", mounting, "180,0,0")
     model = Model(arm, R_world_base=rpy(np.radians(turned)), robot_name=robot)
+    model = model if tool is None else replace(model, T_flange_tcp=parse_tool(tool))
     model = model if station is None else model.at_station(station)
     with watching("fitting") as watch:
         fit = fit_effects(model, measured, classes, noise=table.sigma, watch=watch)
+        # Readings of a gauge show changes alone: what no row shows would only make predictions less sure.
+        if effects is None and measured.readings is not None and (nothing := silent(fit)):
+            say(f"the rows say nothing of {joined([f'`{key}`' for key in nothing])}: left out; `--effects` names more")
+            classes = [c for c in classes if c.key not in nothing]
+            fit = fit_effects(model, measured, classes, noise=table.sigma, watch=watch)
     _check_frames(fit, {cls.key for cls in classes})
     no_farther_than_nominal(fit)
     write_model(output, recorded_model(fit), silent=json)

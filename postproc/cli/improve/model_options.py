@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from postproc.cli.inputs import assumed, load_model, read_source
-from postproc.cli.options import AS_WRITTEN, EffectFiles, Flag, SideFiles, positive
+from postproc.cli.options import AS_WRITTEN, EffectFiles, Flag, SideFiles, VectorText, parse_tool, positive
 from postproc.cli.output import check_outputs
 from postproc.cli.printing import say, show
 from postproc.diagnostics import PostprocError
@@ -30,10 +30,12 @@ class ArmOptions:
 
     Attributes:
         cell: what carries the arm and its work, in place of what the model says: as for ``compensate``.
+        tool: TCP of tables of joint angles, X,Y,Z [mm] in tool0. Default: that of the model.
     """
 
     effects: EffectFiles = ()
     cell: Path | None = None
+    tool: VectorText | None = None
 
     @property
     def classes(self) -> list[type[Effect]]:
@@ -49,7 +51,8 @@ class ArmOptions:
             drafts: further files of effects.
         """
         cell = [] if self.cell is None else ["--cell", str(self.cell)]
-        return [*(word for file in (*self.effects, *drafts) for word in ("--effects", str(file))), *cell]
+        tool = [] if self.tool is None else ["--tool", self.tool]
+        return [*(word for file in (*self.effects, *drafts) for word in ("--effects", str(file))), *cell, *tool]
 
 
 @Parameter(name="*")
@@ -147,6 +150,8 @@ def opened(
     """
     check_outputs((model, *data, also, *table.inputs, *arm_options.effects, arm_options.cell), *outputs)
     arm = load_model(model, arm_options.effects, arm_options.cell)
+    if arm_options.tool is not None:
+        arm = replace(arm, T_flange_tcp=parse_tool(arm_options.tool))
     weighed = isinstance(table, MeasuredOptions)
     sigma = table.sigma if isinstance(table, MeasuredOptions) else None
     say(f"{assumed(arm.robot.name, [e.key for e in arm.effects], sigma, weighed)}; model `{model}`")

@@ -3,25 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from postproc.channels.state import State
 from postproc.compensation.correction.curve import Exact
 from postproc.compensation.correction.deviation import away_from_curves
+from postproc.compensation.judgement.type_scatter import PULL_N, READINGS, type_scatter
 from postproc.compensation.path.motion import Motion
 from postproc.diagnostics import Diagnostic, Source
 from postproc.model.arm import Model
 from postproc.model.controller import unknown_loads
-from postproc.model.scatter import remaining_fraction
-from postproc.model.uncertainty import beyond_range, sigma_parts
+from postproc.model.scatter import DRAWS, QUANTILES, Scatter
+from postproc.model.uncertainty import beyond_range, position_covariance, read_uncertainty, sigma_parts
 from postproc.model.undetermined import Undetermined, undetermined_under_load
 from postproc.motion.values import Index
 
 WITHIN_95 = 2.796  # 95 % of a three-dimensional normal error lie within so many standard deviations per axis
 HALF = 0.5
+WORTH = 0.9  # of the upper share of the deflection: readings that leave more than that of it are not advised
 _MOST_TARGETS_JUDGED = 500  # targets that are asked
 
 
@@ -33,12 +36,14 @@ class Accuracy:
         sigma: standard deviation per axis, root mean square over all targets.
         within_95: distance that holds 95 % of the errors, at the worst target.
         parts: standard deviations per axis there by the parameters, and by what no effect explains.
+        interval: 95 % of the errors are between these distances, at the worst target of those that weld, if any does.
         undetermined: the part of it by parameters that no row determines, None where the rows determine all.
     """
 
     sigma: float
     within_95: float
     parts: tuple[float, float]
+    interval: tuple[float, float]
     undetermined: Undetermined | None = None
 
 
@@ -48,66 +53,64 @@ class Expected:
 
     Args:
         accuracy: of a fitted model, else None.
-        remaining: lower and upper share of the deflection, where the stiffness is an estimate, else None.
+        scatter: of arms of the type, where the stiffness is that of the type, else None.
         distance: one figure of both [m]; 0 where nothing is known of the model's errors.
     """
 
     accuracy: Accuracy | None = None
-    remaining: tuple[float, float] | None = None
+    scatter: Scatter | None = None
     distance: float = 0.0
 
 
 def expect_on_arm(model: Model, motion: Motion, exact: Exact, source: Source) -> tuple[Expected, list[Diagnostic]]:
     """What is expected to remain on the arm, and the findings CMP010 and CMP027 about it.
 
-    The distance is that which holds 95 % of the errors of a fitted model; with an estimated stiffness it is the largest
-    deviation where it welds (without welds, along lines and arcs) times the middle share sqrt(low high), a fifth below
-    the median of arms of the type. Of both it is the larger.
+    The distance is that which holds 95 % of the errors of a fitted model; with the stiffness of the type it is the
+    largest deviation where it welds (without welds, along lines and arcs) times the middle share sqrt(low high), a
+    fifth below the median of arms of the type. Of both it is the larger.
     """
     accuracy, findings = expect_accuracy(model, motion, source)
-    remaining = None
-    if model.stiffness_source == "estimated":
-        low, high = remaining_fraction(*unknown_loads(model, motion.at(_targets(motion))))
-        remaining = round(low, 3), round(high, 3)
+    scatter = type_scatter(*unknown_loads(model, motion.at(_targets(motion))))
     samples, space = motion.samples, ~motion.samples.curves.joint[motion.samples.move]
     lit = space & np.array([move.welding for move in samples.moves])[samples.move]
     rows, wanted = np.flatnonzero(lit if lit.any() else space), motion.wanted
     uncorrected = 2 * wanted.T_work_tcp[rows, :3, 3] - exact.T_work_tcp[rows, :3, 3]  # about where the arm goes
     away, _ = away_from_curves(wanted.curves, samples.move[rows], uncorrected)
     deviation = float(np.linalg.norm(away, axis=1).max(initial=0.0))
-    share = 0.0 if remaining is None else math.sqrt(math.prod(remaining))
+    share = 0.0 if scatter is None else math.sqrt(math.prod(scatter.remaining))
     distance = max(0.0 if accuracy is None else accuracy.within_95, share * deviation)
-    return Expected(accuracy, remaining, distance), [*findings, *doubt_help(remaining, source)]
+    return Expected(accuracy, scatter, distance), [*findings, *doubt_help(scatter, source)]
 
 
-def doubt_help(remaining: tuple[float, float] | None, source: Source) -> list[Diagnostic]:
+def doubt_help(scatter: Scatter | None, source: Source) -> list[Diagnostic]:
     """CMP027, a warning, where as much deflection as without a correction may remain, as the stiffness is estimated.
 
     Args:
-        remaining: as of `Expected`.
+        scatter: as of `Expected`.
     """
-    if remaining is None or remaining[1] < 1.0:
+    if scatter is None or scatter.remaining[1] < 1.0:
         return []
-    low, high = (f"{100 * x:.0f}" for x in remaining)
+    low, high = (f"{100 * x:.0f}" for x in scatter.remaining)
     text = f"the correction may not help: {low} to {high} % of the deflection may remain, as the stiffness is estimated"
     help_ = "measure this arm, and fit a model of it: `postproc plan` chooses the poses"
     return [Diagnostic("CMP027", "warning", text, source, help=help_)]
 
 
-def estimated_stiffness(remaining: Sequence[float] | None, before_mm: float) -> str:
-    """A clause that says how much deflection remains if the stiffness is estimated; empty if it is not.
+def better_figure(values: Mapping[str, Any]) -> str:
+    """A clause on the deflection that remains with the stiffness of the type, and the cheapest way to less; or empty.
 
     Args:
-        remaining: as of `Expected`. before_mm: largest deviation of the original program.
+        values: entries of a document: ``robot``, ``expected_remaining_fraction``, and the same ``_after_gauge``.
     """
+    remaining, after = (values.get(f"expected_remaining_fraction{when}") for when in ("", "_after_gauge"))
     if remaining is None:
         return ""
-    low, high = (f"{100 * x:.0f}" for x in remaining)
-    least, most = (f"{before_mm * x:.2f}" for x in remaining)
-    return (
-        f"the stiffness of this arm is estimated: {low} to {high} % of its deflection, {least} to {most} mm, is"
-        " expected to remain, and `postproc fit` with measurements narrows that"
-    )
+    now, then = ("{:.0f} to {:.0f} %".format(*(100 * x for x in shares)) for shares in (remaining, after or remaining))
+    text = f"this arm is not measured: with the stiffness of its type {now} of its deflection remain"
+    if after is None or after[1] > WORTH * remaining[1]:
+        return f"{text} (`postproc plan` says what to measure)"
+    plan = f"`postproc plan {values['robot']} -n {READINGS} --kind gauge --load KG --pull {PULL_N:g}`"
+    return f"{text}, about {then} after {READINGS} readings with a dial gauge ({plan})"
 
 
 def expect_accuracy(model: Model, motion: Motion, source: Source) -> tuple[Accuracy | None, list[Diagnostic]]:
@@ -125,8 +128,27 @@ def expect_accuracy(model: Model, motion: Motion, source: Source) -> tuple[Accur
         return None, findings
     undetermined = undetermined_under_load(model, at_goals, WITHIN_95)
     by_parameters, unexplained = parts[:, int(np.argmax(sigma))].tolist()
-    within_95 = float(WITHIN_95 * sigma.max())
-    return Accuracy(float(np.sqrt(np.mean(sigma**2))), within_95, (by_parameters, unexplained), undetermined), findings
+    sizes = float(np.sqrt(np.mean(sigma**2))), float(WITHIN_95 * sigma.max())
+    welding = np.array([move.welding for move in motion.samples.moves])[motion.samples.move[_targets(motion)]]
+    worst = int(np.argmax(np.where(welding | ~welding.any(), sigma, 0.0)))
+    interval = _error_interval(model, at_goals.rows(np.array([worst])), parts[1, worst])
+    return Accuracy(*sizes, (by_parameters, unexplained), interval, undetermined), findings
+
+
+def _error_interval(model: Model, state: State, unexplained: float) -> tuple[float, float]:
+    """2.5 % and 97.5 % quantile of the length [m] of a normal error with the covariance of one state's position.
+
+    Args:
+        unexplained: standard deviation per axis [m] of what no effect explains, beside what parameters leave.
+    """
+    from scipy.stats import norm, qmc
+
+    known = read_uncertainty(model)
+    assert known is not None
+    square = np.linalg.eigvalsh(position_covariance(model, state, known, instrument=False)[0]) + unexplained**2
+    drawn = norm.ppf(qmc.Sobol(3, rng=np.random.default_rng(0)).random(DRAWS))
+    low, high = np.quantile(np.sqrt(drawn**2 @ np.maximum(square, 0.0)), QUANTILES)
+    return float(low), float(high)
 
 
 def _local_effects(model: Model, at_goals: State, source: Source) -> Iterator[Diagnostic]:

@@ -61,6 +61,8 @@ def example_state(n: int = 240) -> State:
         work=np.full(n, "table"),
         session=rng.integers(0, 3, n).astype(float),
         reflector=np.tile([0.0, 1.0, 2.0], n)[:n],
+        setup=np.tile([0, 1, -1], n)[:n],
+        setup_names=("tip 1", "plane 1"),
         channels={"row": np.arange(n, dtype=float)},
         robot=robot,
         station=example_station(),

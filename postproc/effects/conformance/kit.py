@@ -70,7 +70,7 @@ def check_effect(cls: type[Effect]) -> list[Diagnostic]:
 
 
 def contribution(effect: Effect, state: State) -> Array:
-    """Return all outputs (n, 108): displacement of joints, bodies, tool, instrument; load on joints, bodies.
+    """Return all outputs (n, 114): displacement of joints, bodies, tool, instrument, set-ups; load on joints, bodies.
 
     Raises:
         PostprocError: EFF003 for a wrong shape, EFF005 or EFF010 for an exception in the effect.
@@ -87,7 +87,7 @@ def contribution(effect: Effect, state: State) -> Array:
             raise PostprocError([report("type", cls, member=member, kind=type(result).__name__)])
         if unknown := [body for body in result.body if body not in range(7)]:
             raise PostprocError([report("body", cls, member=member, body=repr(unknown[0]))])
-        ends = (result.tool, result.instrument) if isinstance(result, Displacement) else ()
+        ends = (result.tool, result.instrument, result.setup) if isinstance(result, Displacement) else ()
         parts = (result.joint, *(result.body.get(body) for body in range(7)), *ends)
         blocks += [_block(cls, member, len(state), part) for part in parts]
     return np.concatenate(blocks, axis=1)
@@ -152,6 +152,7 @@ def _declared_channels(cls: type[Effect], state: State) -> State:
         "load": ("joint_load", "body_load"),
         "pose": ("T_base_body",),
         "external_axes": ("external_axes", "work", "station"),
+        "setup": ("setup", "setup_names"),
     }
     wanted = {"q", "T_flange_tcp", "gravity", "channels", *(f for n in cls.reads for f in fields_of.get(n, (n,)))}
     if {"load", "pose", "robot"} & set(cls.reads):
@@ -171,7 +172,7 @@ def _null(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
     for effect in forms:
         remaining = np.abs(contribution(effect.with_vector(effect.null_vector()), state))
         if np.any(remaining):
-            member = "displacement" if np.any(remaining[:, :60]) else "load"
+            member = "displacement" if np.any(remaining[:, :66]) else "load"
             yield report("not null", cls, member=member, largest=float(remaining.max()))
             return
 
@@ -237,13 +238,13 @@ def _sizes(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
     weight = GRAVITY * float(arm.mass.sum())
     reach = float(np.linalg.norm(arm.link[:, :3, 3], axis=1).sum())
     for form in _forms(cls, state):
-        # (18, 6): joints; bodies 0 to 6, tool and instrument; torques; wrenches on bodies 0 to 6
-        size = np.abs(contribution(_sized(form.effect), state)).max(axis=0).reshape(18, 6)
+        # (19, 6): joints; bodies 0 to 6, tool and instrument; set-ups; torques; wrenches on bodies 0 to 6
+        size = np.abs(contribution(_sized(form.effect), state)).max(axis=0).reshape(19, 6)
         for member, does, largest, most in (
             ("displacement", "turns something by {:.3g} rad", max(size[0].max(), size[1:10, 3:].max()), LARGEST_MOVE),
             ("displacement", "moves something by {:.3g} m", size[1:10, :3].max(), LARGEST_MOVE),
-            ("load", "pulls with {:.3g} N", size[11:, :3].max(), weight),
-            ("load", "turns with {:.3g} N m", max(size[10].max(), size[11:, 3:].max()), weight * reach),
+            ("load", "pulls with {:.3g} N", size[12:, :3].max(), weight),
+            ("load", "turns with {:.3g} N m", max(size[11].max(), size[12:, 3:].max()), weight * reach),
         ):
             if largest > most:
                 yield report("size", cls, member=member, does=does.format(largest))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect
-from postproc.estimation.priors import is_placed
+from postproc.estimation.priors import is_placed, prior_of
 from postproc.estimation.problem import Problem
 from postproc.estimation.solving.step import Masks, Name, Slope, sizes
 
@@ -57,8 +57,18 @@ def slope(
         unidentifiable += [(effect.key, int(i)) for i in index[~good]]
     stacked = kept[0] if len(kept) == 1 else np.hstack(kept) if kept else basis
     penalty = _penalty(problem, parameters, strength)
-    anchor = np.hypot(penalty, _weak(problem, parameters))
-    return Slope(stacked, tuple(parameters), tuple(unidentifiable), penalty, anchor, problem.weights)
+    weak, centre = _pulls(problem, parameters)
+    anchor = np.hypot(penalty, weak)
+    return Slope(
+        stacked,
+        tuple(parameters),
+        tuple(unidentifiable),
+        penalty,
+        anchor,
+        centre,
+        problem.weights,
+        problem.read is not None,
+    )
 
 
 def _determined(columns: Array, ordinary: Array, basis: Array) -> tuple[NDArray[np.bool_], Array]:
@@ -97,10 +107,23 @@ def _penalty(problem: Problem, parameters: list[Name], strength: Mapping[str, fl
     return np.array([weights[key][i] if key in weights else 0.0 for key, i in parameters])
 
 
-def _weak(problem: Problem, parameters: list[Name]) -> Array:
-    """Return (p,) weights of the weak pull to null (`pull`) on some parameters."""
-    every = {e.key: pull(problem, e) for e in problem.model.effects}
-    return np.array([every[key][i] for key, i in parameters])
+def _pulls(problem: Problem, parameters: list[Name]) -> tuple[Array, Array]:
+    """Return (p,) weights of the pull on some parameters, and (p,) the values to which it goes.
+
+    It is weak and goes to null (`pull`), but for readings without a tracker: these are few, say little of many
+    parameters, and are fitted together with the priors.
+    """
+    if problem.read is None:
+        every = {e.key: pull(problem, e) for e in problem.model.effects}
+        return np.array([every[key][i] for key, i in parameters]), np.zeros(len(parameters))
+    weight, centre = dict[str, Array](), dict[str, Array]()
+    for effect in problem.model.effects:
+        prior, free = prior_of(effect, problem.model), is_placed(effect) or effect.roughness() is not None
+        deviation = prior.deviation()
+        known = np.isfinite(deviation) & (deviation > 0) & ~free
+        weight[effect.key] = np.where(known, 1.0 / np.where(known, deviation, 1.0), 0.0)
+        centre[effect.key] = np.where(known, prior.value, 0.0)
+    return np.array([weight[key][i] for key, i in parameters]), np.array([centre[key][i] for key, i in parameters])
 
 
 def pull(problem: Problem, effect: Effect) -> Array:

@@ -36,14 +36,7 @@ def settled(fit: Fit) -> Fit:
         at = slope(problem, fit.free, stopped, fit.strength, fit.parameters)
         moved = np.abs(after.mean - before) / np.maximum(after.deviations, 1e-300)
         bound = tuple(sorted(stopped))
-        fit = replace(
-            fit,
-            problem=problem,
-            unidentifiable=at.unidentifiable,
-            at_bound=bound,
-            columns=at.columns,
-            penalty=at.penalty,
-        )
+        fit = replace(fit, problem=problem, at_bound=bound, **at.found)
         if not (moved > SETTLED_CHANGE).any():
             break
     pull, centre = _pulled(fit)

@@ -89,7 +89,7 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
         if at is None:
             at, place, good = sloped(), problem, True
             # Coefficients of a free function follow from its smoothness where the data is silent.
-            _require_enough(problem, int(np.sum(at.penalty == 0.0)))
+            _require_enough(problem, int(np.sum(at.penalty == 0.0 if not at.prior else at.anchor == 0.0)))
             kept = at.parameters
             problem = _unidentifiable_at_prior(problem, at, prior, fresh, returned)
             if problem is not place:
@@ -115,9 +115,8 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
     if at is None or place is not problem or stopped.intersection(at.parameters):
         at = sloped(stopped)
     bound = tuple(sorted(stopped))
-    return Fit(
-        problem, terms.free, at.unidentifiable, bound, at.columns, at.penalty, noise, excluded, dict(terms.strength)
-    )
+    strength = dict(terms.strength)
+    return Fit(problem, terms.free, at_bound=bound, noise=noise, excluded=excluded, strength=strength, **at.found)
 
 
 def _blocking(at: Slope, stopped: set[Name], slope_without: Callable[[set[Name]], Slope]) -> set[Name]:
@@ -212,7 +211,7 @@ def _require_enough(problem: Problem, fitted: int) -> None:
     """
     rows, poses = len(problem.data), len(np.unique(np.round(problem.data.state.q, 6), axis=0))
     numbers, counted = len(problem.residual), f"{len(problem.residual)} measured numbers"
-    if poses < min(FEWEST_POSES_TO_PLACE, rows):
+    if poses < min(FEWEST_POSES_TO_PLACE, rows) and problem.read is None:
         # Rows of one pose show the noise, and nothing of the arm.
         numbers, counted = numbers * poses // rows, f"{rows} rows of {poses} pose{'s' * (poses > 1)}"
     if numbers <= fitted:

@@ -15,6 +15,7 @@ from postproc.effects.base import Effect
 from postproc.effects.registry import effect_in_role
 from postproc.effects.roles import Role
 from postproc.estimation.problem import Problem
+from postproc.estimation.solving.setups import with_setups
 from postproc.measure.alignment import Alignment, align
 from postproc.measure.checks.readings import CLEARER, SUSPICIOUS_M, PlacedArm
 from postproc.measure.consensus import largest, reflector_points, sessions_of
@@ -25,6 +26,11 @@ FEWEST_POSES_TO_PLACE = 4
 
 
 def start_frames(problem: Problem) -> Problem:
+    """Return the problem with all that says where things stand begun, instrument and tool first, set-ups last."""
+    return with_setups(_start_frames(problem))
+
+
+def _start_frames(problem: Problem) -> Problem:
     """Return the problem with null `instrument_frame` and `tool_frame` effects fitted to the nominal arm (closed form).
 
     Sessions in which the instrument stood elsewhere than in the first one get a frame of their own, in a `session`

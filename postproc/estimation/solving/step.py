@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,8 +34,9 @@ class Slope:
         columns: (N, p) whitened derivatives by the parameters that the data determines.
         parameters: the p parameters, as (effect key, index).
         unidentifiable: free parameters that the data does not determine.
-        penalty: (p,) weights of the smoothness penalty. anchor: (p,) those combined with the weak pull to null.
-        weights: with which the columns are whitened.
+        penalty: (p,) weights of the smoothness penalty. anchor: (p,) those combined with the pull to ``centre`` (p,):
+            a weak one to null, or that of the priors.
+        weights: with which the columns are whitened. prior: whether the pull is that of the priors.
         damping: pull towards where the model stands, on columns of unit length (Levenberg 1944, Marquardt 1963).
     """
 
@@ -43,8 +45,17 @@ class Slope:
     unidentifiable: tuple[Name, ...]
     penalty: Array
     anchor: Array
+    centre: Array
     weights: Weights
+    prior: bool = False
     damping: float = 0.0
+
+    @property
+    def found(self) -> dict[str, Any]:
+        """What a `Solution` at this point has of the slope; priors that took part do so without some of the rows."""
+        pull = np.where(self.penalty > 0, 0.0, self.anchor) if self.prior else None
+        same = {"unidentifiable": self.unidentifiable, "columns": self.columns, "penalty": self.penalty}
+        return {**same, "pull": pull, "centre": self.centre if self.prior else None}
 
     def values(self, problem: Problem) -> Array:
         """Return (p,) values of the slope's parameters in a problem's model."""
@@ -52,8 +63,8 @@ class Slope:
         return np.array([vectors[key][i] for key, i in self.parameters])
 
     def cost(self, problem: Problem) -> float:
-        """Return the whitened sum of squares plus the squared parameters, each times its anchor weight."""
-        pulled = self.anchor * self.values(problem)
+        """Return the whitened sum of squares plus the squared ways from the centre, each times its anchor weight."""
+        pulled = self.anchor * (self.values(problem) - self.centre)
         return float(problem.residual @ problem.residual + pulled @ pulled)
 
     @cached_property
@@ -132,7 +143,7 @@ class Slope:
     def predicted_cost(self, problem: Problem, step: Array) -> float:
         """Return the `cost` that the linear model predicts for a problem after a step (p,) of its parameters."""
         residual = problem.residual - self.columns @ step
-        pulled = self.anchor * (self.values(problem) + step)
+        pulled = self.anchor * (self.values(problem) + step - self.centre)
         return float(residual @ residual + pulled @ pulled)
 
     def reweighted(self, weights: Weights) -> Slope | None:
@@ -143,7 +154,7 @@ class Slope:
         kept = new.used[old.used]
         ratio = new.values[new.used] / old.values[new.used]
         columns = self.columns if kept.all() else self.columns[kept]
-        return Slope(columns * ratio[:, None], self.parameters, self.unidentifiable, self.penalty, self.anchor, new)
+        return replace(self, columns=columns * ratio[:, None], weights=new)
 
     def step(self, problem: Problem) -> tuple[Array, set[Name]]:
         """Return the step (p,) to the least cost of the linear model inside the bounds, and what stopped at a bound.
@@ -157,7 +168,7 @@ class Slope:
         lowest, highest = self._figure(problem, lambda e: e.bounds()[0]), self._figure(problem, lambda e: e.bounds()[1])
         reach = self._figure(problem, _longest_step)
         low, high = np.maximum(lowest, x - reach) - x, np.minimum(highest, x + reach) - x
-        aim = step = self.solved(self.columns.T @ problem.residual - self.anchor**2 * x)
+        aim = step = self.solved(self.columns.T @ problem.residual - self.anchor**2 * (x - self.centre))
         boxed = np.zeros(len(x), dtype=bool)
         while (leaving := ~boxed & ((step < low) | (step > high))).any():
             boxed |= leaving

@@ -1,4 +1,5 @@
 """What a table tells about itself: what is `likely_wrong`, not `plausible`, and which `readings` would fit better.
 
-`repeats`: the noise that repeats of a pose tell. `references`: reflectors beside the arm, which watch the instrument.
+`setups`: names, directions and units of tips and gauges. `repeats`: the noise that repeats of a pose tell.
+`references`: reflectors beside the arm, which watch the instrument.
 """

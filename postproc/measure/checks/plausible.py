@@ -52,7 +52,8 @@ def _check_cells(data: Measurements, cells: Cells, measured: bool) -> list[Diagn
     """Return DAT005 for rows without angles or measurements."""
     findings = []
     commanded = usable_rows(data, measured=False)
-    unmeasured = commanded & ~usable_rows(data, measured) & ~data.off_arm
+    ends = np.isin(data.pose_id, cells.text("from")) if "from" in cells.header else np.zeros(len(data), dtype=bool)
+    unmeasured = commanded & ~usable_rows(data, measured) & ~data.off_arm & ~ends
     for lacking, what in ((~commanded, "no joint angles"), (unmeasured, "nothing measured")):
         if lacking.any():
             message = f"{_listed(lacking)} of {len(data)} {'has' if lacking.sum() == 1 else 'have'} {what}: not used"

@@ -25,11 +25,15 @@ APPROACH = COLUMNS["approach"]
 SPEED_COLUMNS = COLUMNS["v"]
 ACCELERATION_COLUMNS = COLUMNS["a"]
 EXTERNAL_AXES = COLUMNS["external_axes"]
-TEXT_COLUMNS = ("pose_id", "session", "reflector", "target")
+SETUPS = COLUMNS["setup"]
+DIRECTION = ("nx", "ny", "nz")
+READINGS = ("distance_mm", "reading_mm")
+TEXT_COLUMNS = ("pose_id", "session", "reflector", "target", *SETUPS)
 STANDARD = (
     *(*TEXT_COLUMNS, *JOINT_COLUMNS, *POSITION, *ORIENTATION, *MEASURED_JOINTS, *COMMAND_POSITION),
     *(*COMMAND_ORIENTATION, *CONFIGURATION_COLUMNS, *PAYLOAD_COLUMNS, *WRENCH, *APPROACH, *SPEED_COLUMNS),
     *(*ACCELERATION_COLUMNS, "temperature_C", "time_s", "sigma_mm", *EXTERNAL_AXES),
+    *(*READINGS, *DIRECTION),
 )
 
 

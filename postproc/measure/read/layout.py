@@ -112,6 +112,8 @@ class ColumnMap(FileTable):
         comment: lines that begin so are skipped.
         header: False where the first row already holds numbers.
         references: names of reflectors that stand beside the arm, where their rows do not show it.
+        anchor_offset: whether distances from an anchor begin at zero (``none``) or have an offset of their own that a
+            fit finds (``free``).
         orientation, cmd_orientation: measured and commanded orientations that are no ``qw`` .. ``qz``.
     """
 
@@ -121,6 +123,7 @@ class ColumnMap(FileTable):
     comment: str = "#"
     header: bool = True
     references: tuple[str, ...] = ()
+    anchor_offset: Literal["none", "free"] = "none"
     orientation: MappedRotation | None = None
     cmd_orientation: MappedRotation | None = None
 

@@ -12,6 +12,7 @@ from postproc.channels.state import State
 from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.measure.checks.likely_wrong import check_measurements
 from postproc.measure.checks.references import with_references
+from postproc.measure.checks.setups import check_setups
 from postproc.measure.consensus import LEAST_M, TIMES, Agreement, agreement
 from postproc.measure.measurements import Measurements
 from postproc.measure.read import columns as names
@@ -22,6 +23,7 @@ from postproc.measure.read.commanded import Commanded, commanded_joints, program
 from postproc.measure.read.external_axes import check_work, with_external_axes
 from postproc.measure.read.layout import read_column_map
 from postproc.measure.read.lookup import Table, missing_help
+from postproc.measure.read.setups import with_setups
 from postproc.measure.read.terms import AS_IT_IS, Reading, accepted
 from postproc.measure.read.values import as_number, is_number
 from postproc.measure.trajectory import sides_from_before, with_motion
@@ -63,21 +65,25 @@ def read_measurements(
         cells = join(cells, read_cells(terms.joints, layout, diagnostics), layout.header, diagnostics)
     table = Table(cells, layout, diagnostics)
     turns = table.turns(names.ORIENTATION, layout.orientation)
-    if measured and turns is None and not {*names.POSITION, *names.MEASURED_JOINTS} & table.place.keys():
+    read = {*names.POSITION, *names.MEASURED_JOINTS, *names.SETUPS}
+    if measured and turns is None and not read & table.place.keys():
         message = "nothing was measured: there is no column `x_mm`, `y_mm`, `z_mm`, nor `qw`, nor `mq1_deg`"
+        message += ", nor `tip`, `plane`, `anchor`, `gauge`, `from`"
         raise PostprocError.of("DAT002", message, source, help=missing_help(cells))
     data = _rows(table, robot, program, terms, None if turns is None else turns.matrix)
+    data = with_setups(data, table, measured)
     data, still = with_references(data, robot, layout.references)
     diagnostics += still
     unit = table.place["x_mm"].unit if "x_mm" in table.place else "mm"
     data, agreed = _without_lost(data, agreement(data, robot), table, robot)
     check_work(data.state, table, robot, data.position)
     findings = check_measurements(data, robot, cells, turns, agreed, measured=measured, unit=unit)
-    findings = accepted([*diagnostics, *findings], terms.accept)
+    odd, misread = check_setups(data, robot, cells) if measured and data.readings is not None else ([], frozenset())
+    findings = accepted([*diagnostics, *findings, *odd], terms.accept)
     if has_errors(findings):
         raise PostprocError(findings)
     wrong = agreed.rows[agreed.wrong] if agreed.near and "DAT007" not in terms.accept else ()
-    return replace(data, wrong=frozenset((0, data.row[i]) for i in wrong), diagnostics=tuple(findings))
+    return replace(data, wrong=misread | {(0, data.row[i]) for i in wrong}, diagnostics=tuple(findings))
 
 
 def _rows(

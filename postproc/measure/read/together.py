@@ -15,6 +15,7 @@ from postproc.channels.state import State
 from postproc.diagnostics import Diagnostic, PostprocError, Severity, Source, has_errors
 from postproc.measure.alignment import align
 from postproc.measure.checks.readings import CLEARER, SUSPICIOUS_M, PlacedArm, align_arm
+from postproc.measure.kinds.base import stacked_readings
 from postproc.measure.measurements import FEWEST_ROWS_JUDGED, Measurements
 from postproc.measure.read.cells import read_cells
 from postproc.measure.read.layout import read_column_map
@@ -93,6 +94,7 @@ def together(tables: Sequence[Measurements], robot: Robot) -> Measurements:
         rotation=_stacked([table.rotation for table in tables], tables, np.nan),
         joint=_stacked([table.joint for table in tables], tables, np.nan),
         sigma=_stacked([table.sigma for table in tables], tables, np.nan),
+        readings=stacked_readings([table.readings for table in tables], list(map(len, tables))),
         pose_id=tuple(label for table in tables for label in table.pose_id),
         row=tuple(row for table in tables for row in table.row),
         line=tuple(line for table in tables for line in table.line),
@@ -149,6 +151,8 @@ def _state(tables: Sequence[Measurements], names: Sequence[tuple[str, ...]], fin
         for s, some in zip(states, names, strict=True)
     ]
     points = tuple(dict.fromkeys(name for s in states for name in s.reflector_of_rows.tolist()))
+    setups = tuple(dict.fromkeys(name for s in states for name in s.setup_of_rows.tolist() if name))
+    setup = np.array([setups.index(name) if name else -1 for s in states for name in s.setup_of_rows.tolist()])
     channels: dict[str, Array] = {}
     for name in dict.fromkeys(name for s in states for name in s.channels):
         parts = [s.channels.get(name) for s in states]
@@ -161,6 +165,8 @@ def _state(tables: Sequence[Measurements], names: Sequence[tuple[str, ...]], fin
         session_names=every,
         reflector=None if points == ("",) else np.array([points.index(r) for s in states for r in s.reflector_of_rows]),
         reflector_names=() if points == ("",) else points,
+        setup=setup if setups else None,
+        setup_names=setups,
         temperature=_shared("temperature_C", [s.temperature for s in states], tables, findings),
         time=_shared("time_s", going_on([s.time for s in states]), tables, findings),
         channels=channels,

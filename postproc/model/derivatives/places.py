@@ -1,4 +1,4 @@
-"""The places where an effect can move or load the arm: joints, far ends of bodies, tool and instrument."""
+"""The places where an effect can move or load the arm: joints, far ends of bodies, tool, instrument, set-up."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.effects.contract import Displacement, Load
 
-JOINT, BODY, TOOL, INSTRUMENT, PLACES = 0, 6, 48, 54, 60
-"""First column of the joints, of the bodies, of the tool and of the instrument, and how many there are."""
+JOINT, BODY, TOOL, INSTRUMENT, SETUP, PLACES = 0, 6, 48, 54, 60, 66
+"""First column of joints, bodies, tool, instrument and unknowns of set-ups, and how many there are."""
 BATCH = 500  # poses taken at once whose matrices of the whole arm are held: 48 coordinates squared, a few times
 LOAD_PLACES = 54
 """Columns of a load: torques of the joints (6), then the wrench that every body and the tool carry (8 x 6)."""
@@ -17,11 +17,13 @@ LOAD_PLACES = 54
 def displacement_parts(displacement: Displacement) -> dict[int, Array]:
     """Return a displacement in parts, (n, 6) or (6,) each, by number of the first of their columns.
 
-    The ``PLACES`` columns are six of the joints, six each of bodies 0 to 6, of the tool and of the instrument.
+    The ``PLACES`` columns are six of the joints, six each of bodies 0 to 6, of the tool, of the instrument and of
+    set-ups.
     """
     parts = {BODY + 6 * body: np.asarray(xi) for body, xi in displacement.body.items()}
-    others = (JOINT, displacement.joint), (TOOL, displacement.tool), (INSTRUMENT, displacement.instrument)
-    return parts | {at: np.asarray(xi) for at, xi in others if xi is not None}
+    others = {JOINT: displacement.joint, TOOL: displacement.tool, INSTRUMENT: displacement.instrument}
+    others[SETUP] = displacement.setup
+    return parts | {at: np.asarray(xi) for at, xi in others.items() if xi is not None}
 
 
 def flat(parts: dict[int, Array], n: int, places: int) -> Array:

@@ -24,6 +24,7 @@ from postproc.model.derivatives.places import (
     INSTRUMENT,
     LOAD_PLACES,
     PLACES,
+    SETUP,
     TOOL,
     displacement_parts,
     flat,
@@ -79,7 +80,7 @@ class Sensitivity:
     A column is a component of a displacement; `places.placed` says in which order.
 
     Args:
-        matrix: (n, 6, 60) position [m] and rotation vector [rad], instrument axes, per displacement [rad or m].
+        matrix: (n, 6, 66) position [m] and rotation vector [rad], instrument axes, per displacement [rad or m].
         loaded: the states, with loads.
         along: directions of the m coordinates whose loads the springs follow; column: (m,) column of each of them.
         springs: effects whose displacement follows the load.
@@ -214,8 +215,10 @@ def sensitivity(model: Model, at: Equilibrium) -> Sensitivity:
     J[:, 3:, :INSTRUMENT] = R @ J[:, 3:, :INSTRUMENT]
     turned = _turned(at.deflection.instrument, n)
     J[:, :3, INSTRUMENT : INSTRUMENT + 3] = np.eye(3)
-    J[:, :3, INSTRUMENT + 3 :] = -skew((at.R_instrument_reference @ at.T_reference_tcp[:, :3, 3:])[:, :, 0]) @ turned
-    J[:, 3:, INSTRUMENT + 3 :] = turned
+    J[:, :3, INSTRUMENT + 3 : SETUP] = (
+        -skew((at.R_instrument_reference @ at.T_reference_tcp[:, :3, 3:])[:, :, 0]) @ turned
+    )
+    J[:, 3:, INSTRUMENT + 3 : SETUP] = turned
     springs = tuple(e for e in model.effects if "load" in e.reads)
     read = np.flatnonzero((column < BODY) | np.isin((column - BODY) // 6, at.bodies))
     return Sensitivity(J, Loaded(model, at, chain, along), along.some(read), column[read], springs)

@@ -1,0 +1,69 @@
+"""What an arm that nobody measured leaves of a correction, and what readings with a dial gauge would make of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from postproc.arrays import GRAVITY, Array
+from postproc.channels.state import State
+from postproc.effects.roles import Role
+from postproc.model.arm import Model
+from postproc.model.scatter import NORMAL_95, Scatter, scatter_of, stiffness_factors
+from postproc.robot.kinematics import jacobian
+
+READINGS, READING_SIGMA = 12, 1e-5
+"""Of a dial gauge that a shop can take in an hour, and the standard deviation [m] of one of them."""
+PULL_N = 100.0
+"""Of a spring balance, sideways: a weight never loads a joint that turns about the vertical."""
+
+
+def type_scatter(model: Model, state: State) -> Scatter | None:
+    """Return what a correction leaves, for the loads of a program's states; None where the arm's stiffness is known.
+
+    Args:
+        state: n states with all loads, where the correction is made.
+    """
+    if not has_type_stiffness(model):
+        return None
+    known = _known_after_gauge(model, state)
+    after = None if known is None else scatter_of(model, state, known).remaining
+    return replace(scatter_of(model, state), after_gauge=after)
+
+
+def has_type_stiffness(model: Model) -> bool:
+    """Return whether the stiffness is that of the arm's type: estimated, or the numbers of its file.
+
+    Compliances in the controller's configuration are the arm's own; what a user states is taken as known, and what a
+    fit has told has its own covariance.
+    """
+    spring, usual = model.in_role(Role.JOINT_SPRINGS), model.robot.joint_compliance
+    if spring is None or model.stiffness_source in ("controller", "user"):
+        return False
+    if any(name.startswith(f"{spring.key}.") for name in model.fit.get("parameters", ())):
+        return False
+    return model.stiffness_source == "estimated" or (usual is not None and np.array_equal(spring.vector(), usual))
+
+
+def _known_after_gauge(model: Model, state: State) -> Array | None:
+    """Return the covariance (6, 6) that readings of a dial gauge leave of the logarithms of the compliances.
+
+    At states spread over the program the TCP is loaded along a unit vector u, in turn along the two horizontal axes of
+    the world, with `PULL_N`, and along gravity, with the rated payload. A gauge along u is read with that load F and
+    without it; the difference is h f, h_j = F (u J_j)^2 c_j, with the relative compliances f of `scatter_of` and an
+    error of sqrt(2) s, s the deviation of one reading. To first order about f = 1 the logarithms of f then have the
+    covariance (diag(1 / p^2) + sum h h^T / 2 s^2)^-1, p their spread before. Masses stay as uncertain as they are. None
+    where the rated payload is not known.
+    """
+    spring, robot = model.in_role(Role.JOINT_SPRINGS), model.robot
+    if spring is None or robot.payload is None:
+        return None
+    some = state.rows(np.linspace(0, len(state) - 1, READINGS // 2).round().astype(int))
+    axis = np.arange(len(some)) % 3
+    along = np.einsum("ni,nij->nj", model.R_world_base[axis], jacobian(robot, some.q, some.T_flange_tcp)[:, :3])
+    force = np.array([PULL_N, PULL_N, GRAVITY * robot.payload])[axis]
+    shown = force[:, None] * along**2 * spring.vector()
+    spread = np.maximum(np.log(stiffness_factors(robot)) / NORMAL_95, 1e-9)
+    told = np.diag(spread**-2.0) + shown.T @ shown / (2 * READING_SIGMA**2)
+    return np.asarray(np.linalg.inv(told))

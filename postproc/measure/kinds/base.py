@@ -1,0 +1,128 @@
+"""What every kind of observation is: numbers that a row reads off the TCP, beside unknowns of its set-up."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+import numpy as np
+
+from postproc.arrays import Array
+
+POINT, TILT, ZERO, UNKNOWNS = slice(0, 3), slice(3, 5), 5, 6
+"""Where the unknowns of a set-up stand: a point [m], the tilt of a plane [rad], the zero of a reading [m]."""
+
+
+@dataclass(frozen=True)
+class Readings:
+    """What n rows read beside positions.
+
+    Args:
+        numbers: (n, 3) measured numbers [m]; a kind of one number a row has it in the first column. NaN elsewhere.
+        direction: (n, 3) unit vectors in which readings grow, base axes; NaN where a row has none.
+        sign: (n,) +1 and -1 at both ends of a distance between two rows, 0 elsewhere.
+        zero_open: whether distances from an anchor have a zero that is not known.
+    """
+
+    numbers: Array
+    direction: Array
+    sign: Array
+    zero_open: bool = False
+
+    def rows(self, index: Any) -> Readings:
+        """Return the readings of some rows (slice, mask or indices)."""
+        return replace(self, numbers=self.numbers[index], direction=self.direction[index], sign=self.sign[index])
+
+
+def stacked_readings(parts: Sequence[Readings | None], lengths: Sequence[int]) -> Readings | None:
+    """Return the readings of several tables one below the other; None where none has any.
+
+    Args:
+        lengths: number of rows of each table.
+    """
+    known = [part for part in parts if part is not None]
+    if not known:
+        return None
+    nothing = (np.full((1, 3), np.nan), np.full((1, 3), np.nan), np.zeros(1))
+    every = [
+        tuple(np.repeat(x, n, axis=0) for x in nothing) if part is None else (part.numbers, part.direction, part.sign)
+        for part, n in zip(parts, lengths, strict=True)
+    ]
+    numbers, direction, sign = (np.concatenate(column) for column in zip(*every, strict=True))
+    return Readings(numbers, direction, sign, any(part.zero_open for part in known))
+
+
+@dataclass(frozen=True)
+class Seen:
+    """m rows of one kind, as the arm stands in them.
+
+    Args:
+        point: (m, 3) TCP [m]. unknown: (m, 6) unknowns of the set-up of each row. direction, sign: as in `Readings`.
+        other: (m, 3) TCP at the other end of a distance between two rows, NaN where that row is missing.
+    """
+
+    point: Array
+    unknown: Array
+    direction: Array
+    sign: Array
+    other: Array
+
+
+@dataclass(frozen=True)
+class Read:
+    """What m rows read, and its derivatives.
+
+    Args:
+        value: (m, k) predicted numbers [m]. by_point: (m, k, 3) by the TCP. by_unknown: (m, k, 6) by the unknowns of
+            the set-up [1], of angles [m/rad].
+    """
+
+    value: Array
+    by_point: Array
+    by_unknown: Array
+
+
+class ReadingKind(ABC):
+    """One way to observe a TCP.
+
+    Attributes:
+        column: of a table, which names the set-up. reading: columns of its numbers, none where these are zero.
+        point, plane, zero: which unknowns a set-up has. noise: standard deviation [m] where nobody states one.
+        each: numbers a row has. lasting: whether another table may come back to a set-up.
+    """
+
+    column: ClassVar[str]
+    reading: ClassVar[tuple[str, ...]] = ()
+    point: ClassVar[bool] = False
+    plane: ClassVar[bool] = False
+    zero: ClassVar[bool] = False
+    noise: ClassVar[float]
+    each: ClassVar[int] = 1
+    lasting: ClassVar[bool] = True
+
+    @abstractmethod
+    def read(self, seen: Seen) -> Read:
+        """Return what rows of this kind read, with derivatives."""
+
+    @abstractmethod
+    def start(self, seen: Seen, numbers: Array) -> Array:
+        """Return the unknowns (6,) of one set-up from its m rows and their numbers (m, 3), by the nominal arm.
+
+        Half of the rows may be wrong.
+        """
+
+    @classmethod
+    def unknowns(cls, zero_open: bool) -> tuple[bool, bool, bool]:
+        """Return whether a set-up has an unknown point, an unknown plane, an unknown zero."""
+        return cls.point, cls.plane, cls.zero or cls.plane
+
+
+def unknown(point: Array | None = None, tilt: Array | None = None, zero: float = 0.0) -> Array:
+    """Return (6,) unknowns of a set-up, 0 where a kind has none."""
+    result = np.zeros(UNKNOWNS)
+    result[POINT] = 0.0 if point is None else point
+    result[TILT] = 0.0 if tilt is None else tilt
+    result[ZERO] = zero
+    return result
