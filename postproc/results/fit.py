@@ -6,10 +6,10 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from postproc.effects.roles import Role
 from postproc.estimation.findings import MOST_ROWS_NAMED, cautions
 from postproc.estimation.fitted import Fit
 from postproc.estimation.recorded import beyond_sigma, expected_remaining, pose_error_sigma, undetermined
-from postproc.estimation.solving.setups import lasting
 from postproc.grouping import grouped
 from postproc.identification.add import FitFigures
 from postproc.measure.errors import distances
@@ -44,7 +44,9 @@ def fit_document(name: str, fit: Fit) -> Document:
             Figure("noise", mm_or_none(level), unit=unit),
         ],
         sections=[
-            Section("Parameters", [parameter_table(fit, [e.key for e in lasting(fit.model)[0].effects])]),
+            Section(
+                "Parameters", [parameter_table(fit, [e.key for e in fit.model.effects if e.role is not Role.SETUPS])]
+            ),
             Section("What to know of this fit", known_of(fit)),
         ],
     )

@@ -90,7 +90,8 @@ class ReadingKind(ABC):
     Attributes:
         column: of a table, which names the set-up. reading: columns of its numbers, none where these are zero.
         point, plane, zero: which unknowns a set-up has. noise: standard deviation [m] where nobody states one.
-        each: numbers a row has. lasting: whether another table may come back to a set-up.
+        touches: whether rows hold the TCP to one place or plane. each: numbers a row has.
+        lasting: whether another table may come back to a set-up.
     """
 
     column: ClassVar[str]
@@ -99,6 +100,7 @@ class ReadingKind(ABC):
     plane: ClassVar[bool] = False
     zero: ClassVar[bool] = False
     noise: ClassVar[float]
+    touches: ClassVar[bool] = False
     each: ClassVar[int] = 1
     lasting: ClassVar[bool] = True
 

@@ -168,6 +168,7 @@ def _state(tables: Sequence[Measurements], names: Sequence[tuple[str, ...]], fin
         reflector_names=() if points == ("",) else points,
         setup=setup if setups else None,
         setup_names=setups,
+        touches=any(s.touches for s in states),
         temperature=_shared("temperature_C", [s.temperature for s in states], tables, findings),
         time=_shared("time_s", going_on([s.time for s in states]), tables, findings),
         channels=channels,
