@@ -10,7 +10,7 @@ from postproc.numbers import mm
 from postproc.report.blocks import Chart, DataTable, Document, Section, Values
 from postproc.report.drawing.postures import posture_drawings
 
-DRAWING_WIDTH = 120  # pixels
+DRAWING_WIDTH = 105  # pixels
 LINKS_MATTER = 0.5
 """Share of what remains below which that by the loads alone says how much the weights of the links matter."""
 
