@@ -43,17 +43,19 @@ class Version:
         """Folder from which on settings are looked for."""
         return self.place if self.is_folder else self.place.parent
 
-    def tasks(self, settings: Settings) -> dict[str, list[Source]]:
-        """Return what runs together, by path in a folder; of a file what it needs of the files near it, under `-`."""
+    def tasks(self, settings: Settings) -> dict[str, tuple[Path, list[Source]]]:
+        """Return what runs together by the name of its task: where its first file stands, and all files.
+
+        A file is one task, with an empty name, and brings what it needs of the files near it.
+        """
         if not self.is_folder:
-            program = read_program_file("-" if self.name == "-" else str(self.path))
-            return {"-": self._named(read_task(program, settings)[0])}
-        return {
-            task.name: self._named(
-                [read_source(self.path / file, read_only=file in task.shared) for file in (*task.files, *task.shared)]
-            )
-            for task in discover(self.path)[0]
-        }
+            return {"": (self.place, self._named(read_task(read_program_file(str(self.path)), settings)[0]))}
+        tasks = {}
+        for task in discover(self.path)[0]:
+            files = (*task.files, *task.shared)
+            sources = [read_source(self.path / file, read_only=file in task.shared) for file in files]
+            tasks[task.name] = self.place / files[0], self._named(sources)
+        return tasks
 
     def _named(self, sources: list[Source]) -> list[Source]:
         """Return the files by the names that the user knows them by."""

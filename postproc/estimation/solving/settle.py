@@ -17,6 +17,8 @@ from postproc.estimation.priors import is_placed, prior_of
 from postproc.estimation.solving.determined import slope
 from postproc.model.arm import StatedPrior
 
+CLEARLY = 4.0
+"""Twice the logarithm of the odds by which another size must be likelier than the ordinary one."""
 SIZES = (0.3, 0.1)
 """Factors of the ordinary sizes that an arm may have: some are calibrated well."""
 SETTLE_PASSES = 4
@@ -51,7 +53,7 @@ def settled(fit: Fit) -> Fit:
 
 
 def settled_by_size(fit: Fit) -> Fit:
-    """Return the fit settled with the ordinary sizes of each effect times one of `SIZES`, the likeliest one by one.
+    """Return the fit settled with the ordinary sizes of each parameter times one of `SIZES`, the likeliest one by one.
 
     Few and noisy rows tell little of each joint's zero, and more of how large the zeros of this arm are together: an
     arm that hardly needs them is not given the noise of the rows for them (empirical Bayes, MacKay 1992). With residual
@@ -60,11 +62,11 @@ def settled_by_size(fit: Fit) -> Fit:
     """
     best = settled(_with_sizes(fit, {}))
     scatter, sizes = best.scatter_of_parameters, dict[str, float]()
-    for key in [e.key for e in fit.model.effects if _has_size(e)]:
+    for name in [f"{e.key}.{name}" for e in fit.model.effects if _has_size(e) for name in e.parameters()]:
         for size in SIZES:
-            trial = settled(_with_sizes(fit, {**sizes, key: size}))
-            if _log_marginal(trial, scatter) > _log_marginal(best, scatter):
-                best, sizes[key] = trial, size
+            trial = settled(_with_sizes(fit, {**sizes, name: size}))
+            if _log_marginal(trial, scatter) > _log_marginal(best, scatter) + CLEARLY:
+                best, sizes[name] = trial, size
     return best
 
 
@@ -74,16 +76,16 @@ def _has_size(effect: Effect) -> bool:
 
 
 def _with_sizes(fit: Fit, sizes: Mapping[str, float]) -> Fit:
-    """Return the fit with the ordinary sizes of effects, by key times a factor, as the priors that its model states."""
+    """Return the fit with ordinary sizes of parameters times factors, by name, as the priors that its model states."""
     model = fit.model
     stated = {
         f"{e.key}.{name}": StatedPrior(0.0, size * ordinary, f"ordinary size times {size:g}, chosen by the rows")
         for e in model.effects
-        if _has_size(e) and (size := sizes.get(e.key, 1.0))
+        if _has_size(e)
         for name, amplitude, ordinary in zip(
             e.names(), e.amplitudes(), ordinary_sizes(e, model.robot).tolist(), strict=True
         )
-        if amplitude
+        if amplitude and (size := sizes.get(f"{e.key}.{name.partition('[')[0]}", 1.0))
     }
     return replace(fit, problem=replace(fit.problem, model=replace(model, priors={**stated, **model.priors})))
 
