@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 from postproc.arrays import GRAVITY, Array
 from postproc.channels.state import State
 from postproc.estimation.linear import solve_positive
-from postproc.estimation.priors import UNDETERMINED_SHARE, Prior, lognormal_deviation, may_be_anywhere, prior_of
+from postproc.estimation.priors import UNDETERMINED_SHARE, Prior, lognormal_deviation, prior_of
 from postproc.estimation.solution import Solution
 from postproc.estimation.solving.step import Name
 from postproc.model.arm import Model
+from postproc.model.equilibrium import predict
 from postproc.model.uncertainty import derivatives
+from postproc.robot.kinematics import skew
 
 POSES_IN_RANGE = 100
 """Poses anywhere between joint limits at which a model is asked for what measured rows do not show."""
@@ -48,6 +50,8 @@ class Posterior:
         directions: (h, k + h) one standard deviation each.
         prior: (k + h,) standard deviation of each before any row was read; inf where nothing was known.
         sources: (k + h) where each prior comes from.
+        base: names of others that only move the base as a whole (joint 1, where no instrument stands): work that
+            counts from the arm does not see them.
     """
 
     names: tuple[Name, ...]
@@ -57,6 +61,7 @@ class Posterior:
     directions: Array
     prior: Array
     sources: tuple[str, ...]
+    base: tuple[Name, ...] = ()
 
     @property
     def deviations(self) -> Array:
@@ -88,7 +93,8 @@ def posterior_of(fit: Solution, scatter: float) -> Posterior:
     names, count = (*determined, *(p for p in fit.unknown if p not in determined)), len(determined)
     priors = {e.key: prior_of(e, fit.model) for e in fit.model.effects}
     objective = _objective(fit, names, count, priors, scatter)
-    kept = _visible(fit, names, count, objective)
+    kept, whole = _visible(fit, names, count, objective)
+    base = tuple(names[k] for k in whole)
     names, objective = tuple(names[k] for k in kept), objective.subset(kept)
     mean = objective.minimum()
     covariance, directions = _laplace(objective, mean, count)
@@ -101,6 +107,7 @@ def posterior_of(fit: Solution, scatter: float) -> Posterior:
         directions,
         np.where(np.isinf(objective.spread), np.inf, deviation),
         tuple(priors[key].source[i] for key, i in names),
+        base,
     )
 
 
@@ -185,7 +192,7 @@ def _objective(
     log = np.array([priors[key].log[i] for key, i in names], dtype=bool)
     spread = np.array([priors[key].spread[i] for key, i in names])
     # A frame may be anywhere, and the penalty of a free function is its prior.
-    free = np.array([k < count and may_be_anywhere(effects[key]) for k, (key, _) in enumerate(names)], dtype=bool)
+    free = np.array([k < count and key in fit.problem.anywhere for k, (key, _) in enumerate(names)], dtype=bool)
     spread = np.where(free | (penalty > 0), np.inf, spread)
     columns = _columns(fit, names)
     start = np.array([effects[key].vector()[i] for key, i in names])
@@ -194,17 +201,22 @@ def _objective(
     return Objective(gram, pull, start, median, spread, log)
 
 
-def _visible(fit: Solution, names: Sequence[Name], count: int, objective: Objective) -> NDArray[np.int_]:
+def _visible(
+    fit: Solution, names: Sequence[Name], count: int, objective: Objective
+) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
     """Return the indices of the determined parameters and of those of the others that some pose shows.
+
+    And the indices of those that move the base as a whole, in all poses alike.
 
     Args:
         names, count: as in `_objective`.
     """
     unit, spread = np.where(objective.log, objective.median, 1.0), objective.spread[count:]
     taken = _eliminated(objective.curvature(unit, objective.spread**-2.0), count)[1]
-    moves, total = _moves(fit, names, unit, taken)
+    moves, total, bent = _moves(fit, names, unit, taken)
     visible = moves * spread > np.maximum(NOTHING, SAME * total * spread)
-    return np.concatenate([np.arange(count), count + np.flatnonzero(visible)])
+    whole = visible & (bent < SAME * moves)
+    return np.concatenate([np.arange(count), count + np.flatnonzero(visible)]), count + np.flatnonzero(whole)
 
 
 def _eliminated(curvature: Array, count: int) -> tuple[Array, Array]:
@@ -293,8 +305,10 @@ def _as_stiff_as_arms_are(model: Model) -> Model:
     return model.with_effects(*effects)
 
 
-def _moves(fit: Solution, names: Sequence[Name], unit: Array, taken: Array) -> tuple[Array, Array]:
-    """Return (h,) rms moves [m] of the TCP per unit of each undetermined parameter: those no row shows, and all.
+def _moves(fit: Solution, names: Sequence[Name], unit: Array, taken: Array) -> tuple[Array, Array, Array]:
+    """Return (h,) rms moves [m] of the TCP per unit of each undetermined parameter.
+
+    Those that no row shows, all, and those that no row shows but for a motion of the base as a whole.
 
     Args:
         names: of all p + h parameters; unit: (p + h,) change of each per unit; taken: (p, h) what the determined ones
@@ -310,7 +324,13 @@ def _moves(fit: Solution, names: Sequence[Name], unit: Array, taken: Array) -> t
     random = np.random.default_rng(1).normal(size=(POSES_IN_RANGE, 6))
     force = FORCE * GRAVITY * (10.0 if robot.payload is None else robot.payload)
     states = states.with_(wrench=random * np.repeat([force, 0.1 * force], 3))
-    D = derivatives(_as_stiff_as_arms_are(fit.model), states, names)[0] * unit
+    model = _as_stiff_as_arms_are(fit.model)
+    states = states if fit.data.tool_known else states.with_(T_flange_tcp=model.T_flange_tcp)
+    D = derivatives(model, states, names)[0] * unit
     moves = D[:, :, count:] - D[:, :, :count] @ taken
-    total, unseen = (np.sqrt(np.mean(x**2, axis=(0, 1))) for x in (D[:, :, count:], moves))
-    return np.asarray(unseen), np.asarray(total)
+    turn = -skew(predict(model, states)[:, :3, 3])
+    base = np.concatenate([np.tile(np.eye(3), (POSES_IN_RANGE, 1, 1)), turn], axis=2).reshape(-1, 6)
+    flat = moves.reshape(len(base), -1)
+    apart = (flat - base @ np.linalg.lstsq(base, flat, rcond=None)[0]).reshape(moves.shape)
+    total, unseen, bent = (np.sqrt(np.mean(x**2, axis=(0, 1))) for x in (D[:, :, count:], moves, apart))
+    return np.asarray(unseen), np.asarray(total), np.asarray(bent)

@@ -215,9 +215,7 @@ def fit_effects(
         if cls.structures():
             fit = grown(fit, cls)
     nominal = without_effects(fit, [e.key for e in fit.model.effects if not is_placed(e)])
-    # Touch-ups are few, and a tenth as precise as an instrument.
-    likeliest = settled if data.T_frame_object is None else settled_by_size
-    return with_regions(likeliest(fit), nominal)
+    return with_regions((settled_by_size if fit.problem.few else settled)(fit), nominal)
 
 
 def grown(fit: Fit, cls: type[Effect]) -> Fit:

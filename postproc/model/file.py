@@ -121,6 +121,7 @@ class _Fit(FileTable):
         correlation: of the parameters, packed.
         covariance: lower triangle, SI; in place of sigma and correlation, by hand and in older files.
         unseen: directions in which parameters may be off unseen.
+        base: undetermined parameters that only move the base as a whole, which work that counts from the arm ignores.
         unexplained_mm: per axis, without the noise.
         beyond_mm: per axis, what else stays unexplained where no measured row is near.
         measured: where measured rows are.
@@ -151,6 +152,7 @@ class _Fit(FileTable):
     correlation: str = ""
     covariance: list[_Row] = []
     unseen: list[_Row] = []
+    base: Names = []
     unexplained_mm: NotNegative = 0.0
     beyond_mm: NotNegative = 0.0
     measured: _Measured | None = None

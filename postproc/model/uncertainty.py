@@ -247,7 +247,7 @@ def derivatives(
 
     Args:
         parameters: (effect key, index in its vector) of the p parameters.
-        instrument: whether parameters of the instrument's frame count.
+        instrument: whether parameters of the instrument's frame count, and those that only move the base as a whole.
 
     Returns:
         Derivatives (n, 3, p); distance (n, 3) [m] between the position by functions without the limits of their fitted
@@ -256,6 +256,7 @@ def derivatives(
     at = grown_sensitivity(model, state)
     columns = np.zeros((len(state), 3, len(parameters)))
     missed, counted = np.zeros((len(state), 3)), np.ones(len(parameters), dtype=bool)
+    base = set() if instrument else set(model.fit.get("base", ()))
     for effect in model.effects:
         wanted = {i: k for k, (key, i) in enumerate(parameters) if key == effect.key}
         if wanted:
@@ -268,6 +269,8 @@ def derivatives(
                 parts = [displacement_parts(displacement_of(e, at.state)) for e in (unlimited, effect)]
                 moved = np.subtract(*(flat(part, len(state), PLACES) for part in parts))
                 missed += (at.matrix[:, :3] @ moved[:, :, None])[:, :, 0]
+    if base:
+        columns[:, :, [k for k, name in enumerate(parameters) if parameter_name(model, *name) in base]] = 0.0
     return columns, missed, counted
 
 

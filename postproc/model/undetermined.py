@@ -53,7 +53,7 @@ def undetermined_under_load(model: Model, state: State, within_95: float) -> Und
         within_95: standard deviations per axis (root mean square) that hold 95 % of the distances.
     """
     known = read_uncertainty(model)
-    names = set(model.fit.get("undetermined", []))
+    names = set(model.fit.get("undetermined", [])) - set(model.fit.get("base", []))
     if known is None or not names or not len(state):
         return None
     parameters = (*known.parameters, *known.held)

@@ -16,7 +16,7 @@ from postproc.cli.options import Flag, Output, Tables, TextFlag, VectorText, par
 from postproc.cli.output import check_outputs, present, write_model
 from postproc.cli.printing import say, say_next, show
 from postproc.cli.progress import watching
-from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.diagnostics import Diagnostic, PostprocError, joined
 
 if TYPE_CHECKING:
     from postproc.effects.base import Effect
@@ -56,7 +56,7 @@ def run(
     import numpy as np
 
     from postproc.effects.roles import FRAME_ROLES
-    from postproc.estimation.recorded import no_farther_than_nominal, recorded_model
+    from postproc.estimation.recorded import no_farther_than_nominal, recorded_model, silent
     from postproc.identification.add import fit_effects
     from postproc.model.arm import Model
     from postproc.results.fit import fit_document
@@ -82,6 +82,11 @@ def run(
     model = model if station is None else model.at_station(station)
     with watching("fitting") as watch:
         fit = fit_effects(model, measured, classes, noise=table.sigma, watch=watch)
+        # Readings of a gauge show changes alone: what no row shows would only make predictions less sure.
+        if effects is None and measured.readings is not None and (nothing := silent(fit)):
+            say(f"the rows say nothing of {joined([f'`{key}`' for key in nothing])}: left out; `--effects` names more")
+            classes = [c for c in classes if c.key not in nothing]
+            fit = fit_effects(model, measured, classes, noise=table.sigma, watch=watch)
     _check_frames(fit, {cls.key for cls in classes})
     no_farther_than_nominal(fit)
     write_model(output, recorded_model(fit), silent=json)

@@ -47,11 +47,13 @@ def slope(
             good = np.einsum("np,np->p", columns, columns) > 0
         else:
             good = np.zeros(len(index), dtype=bool)
+            prior = problem.few and effect.key not in problem.anywhere
             far = np.maximum(10 * sizes(problem, effect), np.abs(effect.vector()))[index]
             first = np.array([(effect.key, int(i)) in before for i in index])
             for group in (first, ~first):
                 if group.any():
-                    good[group], basis = _determined(columns[:, group], far[group], basis)
+                    good[group], extended = _determined(columns[:, group], far[group], basis, prior)
+                    basis = basis if prior else extended
         kept.append(columns if good.all() else columns[:, good])
         parameters += [(effect.key, int(i)) for i in index[good]]
         unidentifiable += [(effect.key, int(i)) for i in index[~good]]
@@ -71,12 +73,12 @@ def slope(
     )
 
 
-def _determined(columns: Array, ordinary: Array, basis: Array) -> tuple[NDArray[np.bool_], Array]:
+def _determined(columns: Array, ordinary: Array, basis: Array, prior: bool) -> tuple[NDArray[np.bool_], Array]:
     """Return (k,) mask of the columns that add a new direction to a basis, and the basis (N, b + ..) extended by them.
 
     Args:
         columns: (N, k) whitened derivatives by k parameters; ordinary: (k,) largest plausible change of each parameter.
-        basis: (N, b) orthonormal.
+        basis: (N, b) orthonormal. prior: whether priors take part, which tell columns apart that repeat each other.
     """
     from scipy.linalg import qr
 
@@ -89,6 +91,7 @@ def _determined(columns: Array, ordinary: Array, basis: Array) -> tuple[NDArray[
     triangle, pivot = qr(np.linalg.qr(unit, mode="r"), mode="r", pivoting=True)
     diagonal = np.zeros(len(ordinary))
     diagonal[pivot[: min(triangle.shape)]] = np.abs(np.diag(triangle))
+    diagonal = np.linalg.norm(unit, axis=0) if prior else diagonal
     good = alive & (diagonal > 1e-7) & (diagonal * length * ordinary > 1.0)
     return good, np.hstack([basis, np.linalg.qr(unit[:, good])[0]]) if good.any() else basis
 
@@ -118,7 +121,11 @@ def _pulls(problem: Problem, parameters: list[Name]) -> tuple[Array, Array]:
         return np.array([every[key][i] for key, i in parameters]), np.zeros(len(parameters))
     weight, centre = dict[str, Array](), dict[str, Array]()
     for effect in problem.model.effects:
-        prior, free = prior_of(effect, problem.model), may_be_anywhere(effect) or effect.roughness() is not None
+        # About null: where a step has led makes no size ordinary.
+        prior, free = (
+            prior_of(effect.with_vector(effect.null_vector()), problem.model),
+            effect.key in problem.anywhere or effect.roughness() is not None,
+        )
         deviation = prior.deviation()
         known = np.isfinite(deviation) & (deviation > 0) & ~free
         weight[effect.key] = np.where(known, 1.0 / np.where(known, deviation, 1.0), 0.0)

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.effects.base import Effect
 from postproc.effects.roles import Role
 from postproc.effects.similarity import ordinary_sizes
 from postproc.estimation.fitted import Fit
 from postproc.estimation.posterior import yielding
-from postproc.estimation.priors import is_placed, may_be_anywhere, prior_of
+from postproc.estimation.priors import is_placed, prior_of
 from postproc.estimation.solving.determined import slope
 from postproc.model.arm import StatedPrior
 
-SIZES = (1.0, 0.3, 0.1)
+CLEARLY = 4.0
+"""Twice the logarithm of the odds by which another size must be likelier than the ordinary one."""
+SIZES = (0.3, 0.1)
 """Factors of the ordinary sizes that an arm may have: some are calibrated well."""
 SETTLE_PASSES = 4
 SETTLED_CHANGE = 0.02
@@ -49,29 +53,39 @@ def settled(fit: Fit) -> Fit:
 
 
 def settled_by_size(fit: Fit) -> Fit:
-    """Return the fit settled with ordinary sizes times one of `SIZES`, that of the largest marginal likelihood.
+    """Return the fit settled with the ordinary sizes of each parameter times one of `SIZES`, the likeliest one by one.
 
     Few and noisy rows tell little of each joint's zero, and more of how large the zeros of this arm are together: an
     arm that hardly needs them is not given the noise of the rows for them (empirical Bayes, MacKay 1992). With residual
-    r, columns A, prior deviations S and deviations z from the priors in units of S, its logarithm is
-    -(|r|^2 / s^2 + |z|^2 + ln det(I + S A^T A S / s^2)) / 2. Priors that the model states stay.
+    r, columns A, prior deviations S and deviations z from the priors in units of S, the logarithm of the marginal
+    likelihood is -(|r|^2 / s^2 + |z|^2 + ln det(I + S A^T A S / s^2)) / 2. Priors that the model states stay.
     """
-    tried = [settled(_with_sizes(fit, size)) for size in SIZES]
-    scatter = tried[0].scatter_of_parameters
-    return max(tried, key=lambda one: _log_marginal(one, scatter))
+    best = settled(_with_sizes(fit, {}))
+    scatter, sizes = best.scatter_of_parameters, dict[str, float]()
+    for name in [f"{e.key}.{name}" for e in fit.model.effects if _has_size(e) for name in e.parameters()]:
+        for size in SIZES:
+            trial = settled(_with_sizes(fit, {**sizes, name: size}))
+            if _log_marginal(trial, scatter) > _log_marginal(best, scatter) + CLEARLY:
+                best, sizes[name] = trial, size
+    return best
 
 
-def _with_sizes(fit: Fit, size: float) -> Fit:
-    """Return the fit with the ordinary sizes of its effects times a factor as the priors that its model states."""
+def _has_size(effect: Effect) -> bool:
+    """Return whether the prior of an effect is its ordinary size."""
+    return not is_placed(effect) and effect.roughness() is None and effect.role is not Role.JOINT_SPRINGS
+
+
+def _with_sizes(fit: Fit, sizes: Mapping[str, float]) -> Fit:
+    """Return the fit with ordinary sizes of parameters times factors, by name, as the priors that its model states."""
     model = fit.model
     stated = {
-        f"{effect.key}.{name}": StatedPrior(0.0, size * ordinary, f"ordinary size times {size:g}, chosen by the rows")
-        for effect in model.effects
-        if not is_placed(effect) and effect.roughness() is None and effect.role is not Role.JOINT_SPRINGS
+        f"{e.key}.{name}": StatedPrior(0.0, size * ordinary, f"ordinary size times {size:g}, chosen by the rows")
+        for e in model.effects
+        if _has_size(e)
         for name, amplitude, ordinary in zip(
-            effect.names(), effect.amplitudes(), ordinary_sizes(effect, model.robot).tolist(), strict=True
+            e.names(), e.amplitudes(), ordinary_sizes(e, model.robot).tolist(), strict=True
         )
-        if amplitude
+        if amplitude and (size := sizes.get(f"{e.key}.{name.partition('[')[0]}", 1.0))
     }
     return replace(fit, problem=replace(fit.problem, model=replace(model, priors={**stated, **model.priors})))
 
@@ -86,7 +100,7 @@ def _log_marginal(fit: Fit, scatter: float) -> float:
     deviation, off = np.ones(len(fit.parameters)), np.zeros(len(fit.parameters))
     for k, (key, i) in enumerate(fit.parameters):
         prior, value = priors[key], float(x[key].vector()[i])
-        if not may_be_anywhere(x[key]):
+        if key not in fit.problem.anywhere:
             log = bool(prior.log[i] and value > 0)
             deviation[k] = prior.spread[i] * (value if log else 1.0)
             off[k] = (np.log(value / prior.value[i]) if log else value - prior.value[i]) / prior.spread[i]
@@ -102,7 +116,7 @@ def _pulled(fit: Fit) -> tuple[Array, Array]:
     x - x ln(x / m).
     """
     priors = {e.key: prior_of(e, fit.model) for e in fit.model.effects}
-    free = {e.key for e in fit.model.effects if may_be_anywhere(e) or e.roughness() is not None}
+    free = fit.problem.anywhere | {e.key for e in fit.model.effects if e.roughness() is not None}
     pull, centre = np.zeros(len(fit.parameters)), np.zeros(len(fit.parameters))
     vectors = {e.key: e.vector() for e in fit.model.effects}
     for k, (key, i) in enumerate(fit.parameters):

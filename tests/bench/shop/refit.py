@@ -16,6 +16,8 @@ PRIOR = np.array([1e-3] * 6 + [0.7] * 6 + [0.5e-3] * 3 + ([0.2e-3] * 3 + [0.25e-
 
 The law of the TCP and of the links is that from which the true arms are drawn.
 """
+ORDINARY = np.array([1e-3] * 6 + [0.7] * 6 + [0.5e-3] * 3 + ([0.3e-3] * 3 + [1e-3] * 3) * 5)
+"""The same of a fit that knows of links what it knows of arms in general."""
 STEP = np.array([1e-4] * 6 + [0.02] * 6 + [1e-4] * 33)
 WIDE = 10.0
 """Standard deviation of what belongs to a set-up [m]: nothing is known."""
