@@ -73,9 +73,8 @@ def run(
     measured = table.read(data, arm, at=station)
     if effects is None and stated.effects is None and measured.T_frame_object is not None:
         stays = FRAME_ROLES if measured.state.session is None else FRAME_ROLES[1:]
-        keys = " and ".join(f"`{cls.key}`" for cls in classes if cls.role in stays)
-        say(f"the table states what {keys} would find: not fitted unless `--effects` names it")
         classes = [cls for cls in classes if cls.role not in stays]
+        say(f"the table states the tool and where the work is: fitted are {', '.join(cls.key for cls in classes)}")
     turned = stated.mounting or (0.0, 0.0, 0.0) if mounting is None else parse_vector("--mounting", mounting, "180,0,0")
     model = Model(arm, R_world_base=rpy(np.radians(turned)), robot_name=robot)
     model = model if tool is None else replace(model, T_flange_tcp=parse_tool(tool))
