@@ -35,7 +35,7 @@ def touchup_table(found: TouchUps, sources: Sequence[Source], noise_mm: float, f
     """
     axes = [k for k in range(6) if any(_axis(use, k) != "" for use in found.rows)]
     header = ["pose_id", *names.JOINT_COLUMNS, *names.POSITION, *names.TOOL_POSITION, *names.TOOL_ORIENTATION]
-    header += [*names.PAYLOAD_COLUMNS, "sigma_mm", "target", *(names.EXTERNAL_AXES[k] for k in axes)]
+    header += [*names.PAYLOAD_COLUMNS, "sigma_mm", *(names.EXTERNAL_AXES[k] for k in axes)]
     header += [*names.OBJECT_POSITION, *names.OBJECT_ORIENTATION, *(["session"] if free else [])]
     out = io.StringIO()
     out.writelines(f"# touched-up program: {_short(source.path)} sha256 {_hash(source)}\n" for source in sources)
@@ -48,7 +48,7 @@ def touchup_table(found: TouchUps, sources: Sequence[Source], noise_mm: float, f
         point = use.nominal if free else (object_matrix(wobj) @ [*use.nominal * 1e-3, 1.0])[:3] * 1e3
         cells = [use.name, *_numbers(np.degrees(use.move.q), 6), *_numbers(point, 4)]
         cells += [*_pose(matrix_pose(use.move.T_mount_tcp)), f"{use.move.payload_mass:.6g}"]
-        cells += [*_numbers(use.move.payload_center * 1e3, 3), f"{noise_mm:g}", use.name]
+        cells += [*_numbers(use.move.payload_center * 1e3, 3), f"{noise_mm:g}"]
         cells += [_axis(use, k) for k in axes]
         rows.writerow([*cells, *_pose(matrix_pose(T_object)), *([wobj.name] if free else [])])
     return out.getvalue()

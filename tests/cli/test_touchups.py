@@ -139,5 +139,5 @@ def test_originals_in_one_module(call: Call, pair: tuple[Path, Path]) -> None:
 def test_work_that_was_measured_in_the_base_leaves_no_place_free(call: Call, pair: tuple[Path, Path]) -> None:
     call("touchups", *pair, *ARM, "--wobj-fixed", "-o", "t.csv")
     fitted = call("fit", "t.csv", *ARM, "-o", "m.toml")
-    assert "`instrument_frame` and `tool_frame`" in fitted.err
+    assert "where the work is: fitted are joint_offset, joint_compliance\n" in fitted.err
     assert {*tomllib.loads(Path("m.toml").read_text("utf-8"))["effects"]} == {"joint_offset", "joint_compliance"}
