@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from postproc.arrays import Array
+from postproc.arrays import Array, invert
 from postproc.compensation.correction.rigid_shift import fit_rigid
 from postproc.diagnostics import Diagnostic, Source
 from postproc.grouping import grouped
@@ -17,8 +17,10 @@ from postproc.measure.read import columns as names
 from postproc.measure.touchups import TouchUp, TouchUps
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
+from postproc.motion.path.places import NOWHERE, unit_of
 from postproc.rapid.data.records import NO_AXIS, Pose
 from postproc.rapid.motions.units import matrix_pose, object_matrix
+from postproc.robot.cells.station import Station
 from postproc.robot.kinematics import forward
 
 UNKNOWN_SHARE = 0.5
@@ -44,8 +46,9 @@ def touchup_table(found: TouchUps, sources: Sequence[Source], noise_mm: float, f
     for use in found.rows:
         assert use.move is not None
         wobj = use.event.wobj
-        T_object = object_matrix(wobj) if free else np.eye(4)
-        point = use.nominal if free else (object_matrix(wobj) @ [*use.nominal * 1e-3, 1.0])[:3] * 1e3
+        T_object, point = _placed(use, found.station), use.nominal
+        if not free:
+            T_object, point = np.eye(4), (T_object @ [*point * 1e-3, 1.0])[:3] * 1e3
         cells = [use.name, *_numbers(np.degrees(use.move.q), 6), *_numbers(point, 4)]
         cells += [*_pose(matrix_pose(use.move.T_mount_tcp)), f"{use.move.payload_mass:.6g}"]
         cells += [*_numbers(use.move.payload_center * 1e3, 3), f"{noise_mm:g}"]
@@ -106,6 +109,19 @@ def _deflections(rows: Sequence[TouchUp], model: Model) -> tuple[Array, Array]:
     state = model.state(q, payload_mass=mass, payload_center=center, T_flange_tcp=T_flange_tcp)
     nominal = (forward(model.robot, q) @ T_flange_tcp)[:, :3, 3]
     return nominal, predict(Model(model.robot, model.effects, model.R_world_base), state)[:, :3, 3] - nominal
+
+
+def _placed(use: TouchUp, station: Station) -> Array:
+    """Return the work object (4, 4) [m] of a touch-up in the frame of tables: of the unit that carries work, or the world.
+
+    Axes that nobody states stand at 0, as for a table without their columns.
+    """
+    positions = station.positions(np.nan_to_num([use.event.axes or NOWHERE]))
+    unit = unit_of(use.event)
+    frame, reference = (
+        np.eye(4) if name is None else station.world(name, positions)[0] for name in (unit, station.work)
+    )
+    return np.asarray(invert(reference) @ frame @ object_matrix(use.event.wobj))
 
 
 def _axis(use: TouchUp, k: int) -> str:

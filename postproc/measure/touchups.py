@@ -76,18 +76,19 @@ class TouchUps:
         rows: targets that were taught anew, each once.
         shifted: those that were moved by one vector, together with others of their work object.
         omitted: how many targets were changed and give no row, by reason.
-        compared: targets that both versions have.
+        compared: targets that both versions have. station: the arm in its cell.
     """
 
     rows: tuple[TouchUp, ...] = ()
     shifted: tuple[TouchUp, ...] = ()
     omitted: Counter[str] = field(default_factory=Counter)
     compared: int = 0
+    station: Station = Station()
 
     def __add__(self, other: TouchUps) -> TouchUps:
         """Return what this and another pair of programs tell together."""
         rows, shifted = self.rows + other.rows, self.shifted + other.shifted
-        return TouchUps(rows, shifted, self.omitted + other.omitted, self.compared + other.compared)
+        return TouchUps(rows, shifted, self.omitted + other.omitted, self.compared + other.compared, other.station)
 
 
 def find_touchups(nominal: Program, touched: Program, robot: Robot, station: Station) -> TouchUps:
@@ -121,9 +122,9 @@ def find_touchups(nominal: Program, touched: Program, robot: Robot, station: Sta
     placed = [replace(use, move=moves.get(index[id(use.event)])) for use in found]
     omitted += Counter({POSTURE: sum(use.move is None for use in placed)})
     rows = [use for use in placed if use.move is not None]
-    shifted = _shifted(rows)
-    kept = tuple(use for use, with_others in zip(rows, shifted, strict=True) if not with_others)
-    return TouchUps(kept, tuple(u for u, along in zip(rows, shifted, strict=True) if along), omitted, len(uses))
+    pairs = list(zip(rows, _shifted(rows), strict=True))
+    kept, together = (tuple(use for use, along in pairs if along is so) for so in (False, True))
+    return TouchUps(kept, together, omitted, len(uses), station)
 
 
 def _uses(one: MotionEvent, two: MotionEvent) -> Iterator[tuple[Key, TouchUp | str]]:
