@@ -112,15 +112,13 @@ def _deflections(rows: Sequence[TouchUp], model: Model) -> tuple[Array, Array]:
 
 
 def _placed(use: TouchUp, station: Station) -> Array:
-    """Return the work object (4, 4) [m] of a touch-up in the frame of tables: of the unit that carries work, or the world.
+    """Return the work object (4, 4) [m] of a touch-up in the frame of tables: the unit that carries work, or the world.
 
     Axes that nobody states stand at 0, as for a table without their columns.
     """
     positions = station.positions(np.nan_to_num([use.event.axes or NOWHERE]))
-    unit = unit_of(use.event)
-    frame, reference = (
-        np.eye(4) if name is None else station.world(name, positions)[0] for name in (unit, station.work)
-    )
+    units = unit_of(use.event), station.work
+    frame, reference = (np.eye(4) if unit is None else station.world(unit, positions)[0] for unit in units)
     return np.asarray(invert(reference) @ frame @ object_matrix(use.event.wobj))
 
 

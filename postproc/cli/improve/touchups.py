@@ -69,7 +69,7 @@ def run(
     title = short_names(*(name for name in (nominal, touched) if name is not None))
     present(touchups_document(title, found, told, findings), json=json, text=True, on_stderr=True)
     if output is not None and not json:
-        cell = settings.cell or (second.place if second.is_folder and arm.station is not None else None)
+        cell = settings.cell or (second.place if second.is_folder and found.station.joints else None)
         words = () if cell is None else ("--cell", cell)
         say_next("calibrates the arm", "fit", output, "--robot", arm.robot_name, *words, "-o", "arm.toml")
     return 0
