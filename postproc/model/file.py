@@ -128,7 +128,8 @@ class _Fit(FileTable):
         local: effects that hold near the measured rows alone.
         surest: the vectors, SI, of effects that are others without these.
         range: lowest and highest value of each channel that was measured.
-        data, data_sha256: the tables. touched_sha256: programs whose touch-ups they hold.
+        data, data_sha256: the tables.
+        touched_sha256: programs whose touch-ups they hold.
         version: of postproc.
     """
 
