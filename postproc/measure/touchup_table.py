@@ -27,7 +27,7 @@ UNKNOWN_SHARE = 0.5
 """Standard deviation of the share of the deflection that touch-ups tell, from which they tell little."""
 
 
-def touchup_table(found: TouchUps, sources: Sequence[Source], noise_mm: float, free: bool) -> str:
+def touchup_table(touchups: TouchUps, sources: Sequence[Source], noise_mm: float, free: bool) -> str:
     """Return the rows of touch-ups as a measurement table (CSV), headed by the programs that they came from.
 
     Args:
@@ -35,7 +35,7 @@ def touchup_table(found: TouchUps, sources: Sequence[Source], noise_mm: float, f
         free: points are in their work objects, each of which is a session with a place of its own; else in the frame in
             which the work objects stand.
     """
-    axes = [k for k in range(6) if any(_axis(use, k) != "" for use in found.rows)]
+    axes = [k for k in range(6) if any(_axis(use, k) != "" for use in touchups.rows)]
     header = ["pose_id", *names.JOINT_COLUMNS, *names.POSITION, *names.TOOL_POSITION, *names.TOOL_ORIENTATION]
     header += [*names.PAYLOAD_COLUMNS, "sigma_mm", *(names.EXTERNAL_AXES[k] for k in axes)]
     header += [*names.OBJECT_POSITION, *names.OBJECT_ORIENTATION, *(["session"] if free else [])]
@@ -43,10 +43,10 @@ def touchup_table(found: TouchUps, sources: Sequence[Source], noise_mm: float, f
     out.writelines(f"# touched-up program: {_short(source.path)} sha256 {_hash(source)}\n" for source in sources)
     rows = csv.writer(out, lineterminator="\n")
     rows.writerow(header)
-    for use in found.rows:
+    for use in touchups.rows:
         assert use.move is not None
         wobj = use.event.wobj
-        T_object, point = _placed(use, found.station), use.nominal
+        T_object, point = _placed(use, touchups.station), use.nominal
         if not free:
             T_object, point = np.eye(4), (T_object @ [*point * 1e-3, 1.0])[:3] * 1e3
         cells = [use.name, *_numbers(np.degrees(use.move.q), 6), *_numbers(point, 4)]
@@ -57,14 +57,14 @@ def touchup_table(found: TouchUps, sources: Sequence[Source], noise_mm: float, f
     return out.getvalue()
 
 
-def share_told(found: TouchUps, model: Model, noise_mm: float, free: bool) -> float:
+def share_deviation(touchups: TouchUps, model: Model, noise_mm: float, free: bool) -> float:
     """Return the standard deviation of the share of the arm's expected deflection that touch-ups tell.
 
     With d_i the deflection of the model at a row, less the rigid motion of its work object that fits them best where
     that is free, and s the noise, a factor k of all deflections is known to s / sqrt(sum |d_i|^2).
     """
     squares = 0.0
-    for rows in grouped((use.event.wobj.name, use) for use in found.rows).values():
+    for rows in grouped((use.event.wobj.name, use) for use in touchups.rows).values():
         nominal, deflection = _deflections(rows, model)
         if free:
             center, shift, turn = fit_rigid(nominal, deflection)
@@ -73,13 +73,13 @@ def share_told(found: TouchUps, model: Model, noise_mm: float, free: bool) -> fl
     return noise_mm * 1e-3 / np.sqrt(squares) if squares > 0 else np.inf
 
 
-def touchup_findings(found: TouchUps, told: float | None, sources: Sequence[Source]) -> Iterator[Diagnostic]:
+def touchup_findings(touchups: TouchUps, deviation: float | None, sources: Sequence[Source]) -> Iterator[Diagnostic]:
     """Yield what touch-ups cannot tell: targets that were moved together (DAT050), too few postures (DAT051).
 
     Args:
-        told: of `share_told`, None where no model is known. sources: files of the touched programs.
+        deviation: of `share_deviation`, None where no model is known. sources: files of the touched programs.
     """
-    moves = grouped(((u.event.wobj.name, tuple(np.round(u.moved, 2).tolist())), u) for u in found.shifted)
+    moves = grouped(((u.event.wobj.name, tuple(np.round(u.moved, 2).tolist())), u) for u in touchups.shifted)
     for (wobj, vector), some in moves.items():
         message = (
             f"{len(some)} targets in `{wobj}` were moved by the same vector {list(vector)} mm: whether the arm or "
@@ -88,11 +88,13 @@ def touchup_findings(found: TouchUps, told: float | None, sources: Sequence[Sour
         help_ = "touch up each of these targets by itself, or correct the work object in place of its targets"
         span = some[0].event.statement.span
         yield Diagnostic("DAT050", "warning", message, some[0].event.statement.source, span, help_)
-    if told is not None and found.rows and told > UNKNOWN_SHARE:
+    if deviation is not None and touchups.rows and deviation > UNKNOWN_SHARE:
         message = (
-            f"these {len(found.rows)} postures hardly tell the arm from the place of its work: what the arm yields "
+            f"these {len(touchups.rows)} postures hardly tell the arm from the place of its work: what the arm yields "
         )
-        message += f"is known to {100 * min(told, 9.99):.0f} % of itself at best, since a rigid shift of the work does "
+        message += (
+            f"is known to {100 * min(deviation, 9.99):.0f} % of itself at best, since a rigid shift of the work does "
+        )
         message += "nearly the same"
         help_ = (
             "add targets near and far, high and low, in one work object; or say `--wobj-fixed` where its place is known"

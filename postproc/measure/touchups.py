@@ -35,7 +35,7 @@ SAME_MM, FEWEST_SHIFTED = 0.005, 3
 """Difference below which two moves are one, and so many of them no chance: a hand jogs no two targets alike."""
 EXPRESSION = "displaced in the statement (`Offs`, `RelTool`): it follows the target that was taught"
 SEVERAL = "used with several tools, work objects or loads: with which it was taught is not known"
-HELD = "the robot holds the work: the tool stands still"
+ROBOT_HOLDS = "the robot holds the work: the tool stands still"
 TURNED = "turned in place: the point is where it was"
 ANEW = f"moved by more than {FARTHEST_MM:g} mm: programmed anew"
 JOINTS = "joint angles, which state no place of the work"
@@ -106,25 +106,25 @@ def find_touchups(nominal: Program, touched: Program, robot: Robot, station: Sta
                 for one, two in zip(first.get(x.key, []), second.get(y.key, []), strict=False):
                     for key, use in _uses(one, two):
                         uses.setdefault(key, []).append(use)
-    omitted, found = Counter[str](), list[TouchUp]()
+    omitted, taught = Counter[str](), list[TouchUp]()
     for several in uses.values():
         only = _one_of(several)
         if isinstance(only, str):
             omitted[only] += 1
         elif only is not None:
-            found.append(only)
+            taught.append(only)
     # The chain of the whole program tells the posture where confdata do not.
     index = {id(event): i for i, event in enumerate(every)}
-    some = [use.event for use in found]
+    some = [use.event for use in taught]
     circle_points = [event for event in some if id(event) not in index]
     index |= {id(event): len(every) + i for i, event in enumerate(circle_points)}
     moves = {move.row: move for move in read_moves(robot, [*every, *circle_points], station=station)[0]}
-    placed = [replace(use, move=moves.get(index[id(use.event)])) for use in found]
+    placed = [replace(use, move=moves.get(index[id(use.event)])) for use in taught]
     omitted += Counter({POSTURE: sum(use.move is None for use in placed)})
     rows = [use for use in placed if use.move is not None]
     pairs = list(zip(rows, _shifted(rows), strict=True))
-    kept, together = (tuple(use for use, along in pairs if along is so) for so in (False, True))
-    return TouchUps(kept, together, omitted, len(uses), station)
+    single, together = (tuple(use for use, along in pairs if along is so) for so in (False, True))
+    return TouchUps(single, together, omitted, len(uses), station)
 
 
 def _uses(one: MotionEvent, two: MotionEvent) -> Iterator[tuple[Key, TouchUp | str]]:
@@ -148,7 +148,7 @@ def _uses(one: MotionEvent, two: MotionEvent) -> Iterator[tuple[Key, TouchUp | s
         elif origin.root is not None or origin.kind in ("expression", "runtime"):
             yield (*key, "displaced"), EXPRESSION
         elif two.wobj.robhold or not two.tool.robhold:
-            yield key, HELD
+            yield key, ROBOT_HOLDS
         elif change.distance < TOUCHED_MM:
             yield key, TURNED
         elif change.distance > FARTHEST_MM:
@@ -200,10 +200,16 @@ def with_kept_originals(program: Program) -> list[Source]:
     """
     names = {(d.module.lower(), d.routine.lower(), d.name.lower()): d for d in program.declarations if d.init}
     edits: dict[str, list[tuple[Span, bytes]]] = {}
-    for (module, routine, name), kept in names.items():
+    for (module, routine, name), original in names.items():
         touched = names.get((module, routine, name.removeprefix("o_")))
-        if touched is not None and touched is not kept and touched.init and kept.init and touched.type == kept.type:
-            text = kept.source.data[slice(*kept.init)]
+        if (
+            touched is not None
+            and touched is not original
+            and touched.init
+            and original.init
+            and touched.type == original.type
+        ):
+            text = original.source.data[slice(*original.init)]
             edits.setdefault(touched.source.path, []).append((touched.init, text))
     return [replace(source, data=_edited(source.data, edits.get(source.path, ()))) for source in program.sources]
 
