@@ -90,15 +90,12 @@ def touchup_findings(touchups: TouchUps, deviation: float | None, sources: Seque
         yield Diagnostic("DAT050", "warning", message, some[0].event.statement.source, span, help_)
     if deviation is not None and touchups.rows and deviation > UNKNOWN_SHARE:
         message = (
-            f"these {len(touchups.rows)} postures hardly tell the arm from the place of its work: what the arm yields "
+            f"these {len(touchups.rows)} postures hardly tell the arm from the place of its work: how far the arm "
         )
         message += (
-            f"is known to {100 * min(deviation, 9.99):.0f} % of itself at best, since a rigid shift of the work does "
+            f"yields is known to {100 * min(deviation, 9.99):.0f} % of itself, for a shift of the work does the same"
         )
-        message += "nearly the same"
-        help_ = (
-            "add targets near and far, high and low, in one work object; or say `--wobj-fixed` where its place is known"
-        )
+        help_ = "add targets near and far, high and low; or say `--wobj-fixed` where the place of the work was measured"
         yield Diagnostic("DAT051", "warning", message, sources[0] if sources else None, help=help_)
 
 

@@ -198,17 +198,12 @@ def with_kept_originals(program: Program) -> list[Source]:
 
     ABB's option Absolute Limit ModPos keeps the original of a target `p50` beside it, as `o_p50`.
     """
-    names = {(d.module.lower(), d.routine.lower(), d.name.lower()): d for d in program.declarations if d.init}
+    names = {d.key: d for d in program.declarations if d.init and d.type == "robtarget"}
     edits: dict[str, list[tuple[Span, bytes]]] = {}
-    for (module, routine, name), original in names.items():
-        touched = names.get((module, routine, name.removeprefix("o_")))
-        if (
-            touched is not None
-            and touched is not original
-            and touched.init
-            and original.init
-            and touched.type == original.type
-        ):
+    for key, original in names.items():
+        scope, _, name = key.rpartition(".")
+        touched = names.get(f"{scope}.{name.removeprefix('o_')}") if name.startswith("o_") else None
+        if touched is not None and touched.init and original.init:
             text = original.source.data[slice(*original.init)]
             edits.setdefault(touched.source.path, []).append((touched.init, text))
     return [replace(source, data=_edited(source.data, edits.get(source.path, ()))) for source in program.sources]

@@ -18,8 +18,8 @@ def touchups_document(
     """Describe the touch-ups of a program.
 
     Args:
-        name: of both versions, for the title. deviation: standard deviation of the share of the arm's deflection that they
-            tell, None where its stiffness is not known. findings: what they cannot tell.
+        name: of both versions, for the title. deviation: standard deviation of a common factor of what the arm yields,
+            None where its stiffness is not known. findings: what they cannot tell.
     """
     rows = [
         (use.name, use.event.wobj.name, use.event.statement.line, *use.moved.round(3).tolist(), round(use.distance, 3))
@@ -51,15 +51,10 @@ def touchups_document(
 
 
 def _sentence(touchups: TouchUps, deviation: float | None, omitted: dict[str, int]) -> str:
-    """Say how many targets were touched up, what they tell, and which program is to be compensated."""
-    text = f"{len(touchups.rows)} of {touchups.compared} targets were taught anew, by {_median(touchups):.2f} mm in the median"
+    """Say how many targets were touched up, and what they tell."""
+    median = sorted(use.distance for use in touchups.rows)[len(touchups.rows) // 2]
+    text = f"{len(touchups.rows)} of {touchups.compared} targets were taught anew, by {median:.2f} mm in the median"
     text += f"; {sum(omitted.values())} others changed and give no row." if omitted else "."
     if deviation is not None and deviation < 1:
         text += f" They tell how far the arm yields to ± {100 * deviation:.0f} % of itself, if its joints yield alike."
     return text
-
-
-def _median(touchups: TouchUps) -> float:
-    """Return the median distance [mm] of the touch-ups."""
-    distances = sorted(use.distance for use in touchups.rows)
-    return distances[len(distances) // 2]

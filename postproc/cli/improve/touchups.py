@@ -72,9 +72,7 @@ def run(
         cell = settings.cell or (second.place if second.is_folder and touchups.station.joints else None)
         words = () if cell is None else ("--cell", cell)
         say_next("calibrates the arm", "fit", output, "--robot", arm.robot_name, *words, "-o", "arm.toml")
-        say(
-            "compensate the nominal program with that model, and never the touched-up one, which holds the error already"
-        )
+        say("compensate the nominal program with that model, never the touched-up one, which holds the error already")
     return 0
 
 
