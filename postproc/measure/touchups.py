@@ -14,7 +14,6 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.diagnostics import Source, Span
-from postproc.grouping import grouped
 from postproc.motion.path.moves import read_moves
 from postproc.motion.path.places import place_events
 from postproc.motion.values import Move
@@ -185,11 +184,12 @@ def _one_of(uses: Sequence[TouchUp | str]) -> TouchUp | str | None:
 
 def _shifted(rows: Sequence[TouchUp]) -> list[bool]:
     """Return for each touch-up whether `FEWEST_SHIFTED` places of its work object were moved by the same vector."""
-    members = grouped((use.event.wobj.name, use) for use in rows)
+    wobj = np.array([use.event.wobj.name for use in rows])
+    moved, nominal = (np.array(x).reshape(-1, 3) for x in ([u.moved for u in rows], [u.nominal for u in rows]))
     result = []
-    for use in rows:
-        same = [u for u in members[use.event.wobj.name] if np.abs(u.moved - use.moved).max() < SAME_MM]
-        result.append(len({tuple(np.round(u.nominal, 3)) for u in same}) >= FEWEST_SHIFTED)
+    for k in range(len(rows)):
+        same = (np.abs(moved - moved[k]).max(axis=1) < SAME_MM) & (wobj == wobj[k])
+        result.append(len(np.unique(np.round(nominal[same], 3), axis=0)) >= FEWEST_SHIFTED)
     return result
 
 
