@@ -14,12 +14,12 @@ from postproc.identification.add import fit_effects
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.table import read_measurements
 from postproc.measure.read.terms import Reading
-from postproc.measure.touchup_table import share_told, touchup_findings, touchup_table
+from postproc.measure.touchup_table import share_deviation, touchup_findings, touchup_table
 from postproc.measure.touchups import (
     ANEW,
     EXPRESSION,
-    HELD,
     JOINTS,
+    ROBOT_HOLDS,
     SEVERAL,
     TURNED,
     TouchUps,
@@ -107,7 +107,7 @@ def test_what_is_no_touch_up_gives_no_row(touched: str, reason: str | None) -> N
         (["MoveL RelTool(p,0,0,-50),v50,fine,tA\\WObj:=wA;"], 0, {EXPRESSION: 1}),
         (["MoveL p,v100,fine,tA\\WObj:=wA;", "MoveL p,v50,fine,tB\\WObj:=wA;"], 0, {SEVERAL: 1}),
         (["MoveL p,v100,fine,tA\\WObj:=wA;", "GripLoad part;", "MoveL p,v50,fine,tA\\WObj:=wA;"], 0, {SEVERAL: 1}),
-        (["MoveL p,v100,fine,tStands\\WObj:=wHeld;"], 0, {HELD: 1}),
+        (["MoveL p,v100,fine,tStands\\WObj:=wHeld;"], 0, {ROBOT_HOLDS: 1}),
         (["MoveJ p2,v100,fine,tA\\WObj:=wA;", "MoveC p,p3,v50,fine,tA\\WObj:=wA;"], 1, {}),
         (["rTo p;"], 1, {}),
         (["MoveAbsJ j,v100,fine,tA;"], 0, {JOINTS: 1}),
@@ -243,9 +243,9 @@ def test_how_well_the_arm_is_told_from_its_work() -> None:
     """Work that stands where the program says tells it better; poses side by side tell nothing."""
     _, _, wide = shop(1)
     near = TouchUps(wide.rows[:1] * 3)
-    free, fixed = share_told(wide, TYPE, 0.3, True), share_told(wide, TYPE, 0.3, False)
-    assert fixed < free < 0.5 and share_told(near, TYPE, 0.3, True) > 1e3
-    assert [f.code for f in touchup_findings(near, share_told(near, TYPE, 0.3, True), [])] == ["DAT051"]
+    free, fixed = share_deviation(wide, TYPE, 0.3, True), share_deviation(wide, TYPE, 0.3, False)
+    assert fixed < free < 0.5 and share_deviation(near, TYPE, 0.3, True) > 1e3
+    assert [f.code for f in touchup_findings(near, share_deviation(near, TYPE, 0.3, True), [])] == ["DAT051"]
     assert list(touchup_findings(wide, free, [])) == []
 
 
