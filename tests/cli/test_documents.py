@@ -8,9 +8,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from tests.batch.build import write
+from tests.bench.shop.arms import shop
+from tests.bench.shop.sets import csv_of, gauges
 from tests.conftest import ROOT
 
 from .conftest import Call
@@ -88,6 +91,7 @@ diff old new
 batch programs -o out --report batch.html
 fit backlash.csv --robot irb4600_60_205 --effects BASE -o cell.toml
 fit far.csv --robot irb4600_60_205 --effects BASE -o far.toml
+fit gauges.csv --robot irb1600_10_145 --effects joint_compliance -o soft.toml
 compare cell.toml far.csv
 diagnose cell.toml backlash.csv
 diagnose cell.toml samples/measurements/simulated_step.csv
@@ -130,6 +134,7 @@ def documents(call: Call, samples: Path, tmp_path: Path, monkeypatch: pytest.Mon
         "programs/a.mod": (samples / "paper_case.mod").read_bytes(),
         "programs/broken.mod": "MODULE broken\n  PROC main(\nENDMODULE\n",
         "programs/note.txt": "copied",
+        "gauges.csv": csv_of(gauges(np.random.default_rng(3), shop("irb1600_10_145", 3))),
         "strange.mod": PROGRAM,
         "turned.mod": turned.replace("v100,z10", "v50,z1"),
         "old/a.mod": old,
