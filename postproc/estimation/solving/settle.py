@@ -17,8 +17,9 @@ from postproc.estimation.priors import is_placed, prior_of
 from postproc.estimation.solving.determined import slope
 from postproc.model.arm import StatedPrior
 
-CLEARLY = 8.0
-"""Twice the logarithm of the odds by which another size must be likelier than the ordinary one."""
+CLEARLY = 50.0
+"""Twice the logarithm of the odds by which another size must be likelier than the ordinary one, times the number of the
+parameters of a kind: few numbers say little of their size."""
 SIZES = (0.3, 0.1)
 """Factors of the ordinary sizes that an arm may have: some are calibrated well."""
 SETTLE_PASSES = 4
@@ -62,10 +63,11 @@ def settled_by_size(fit: Fit) -> Fit:
     """
     best = settled(_with_sizes(fit, {}))
     scatter, sizes = best.scatter_of_parameters, dict[str, float]()
-    for name in [f"{e.key}.{name}" for e in fit.model.effects if _has_size(e) for name in e.parameters()]:
+    kinds = [(e, part) for e in fit.model.effects if _has_size(e) for part in e.parameters()]
+    for name, count in [(f"{e.key}.{part}", np.prod(e.shape(part))) for e, part in kinds]:
         for size in SIZES:
             trial = settled(_with_sizes(fit, {**sizes, name: size}))
-            if _log_marginal(trial, scatter) > _log_marginal(best, scatter) + CLEARLY:
+            if _log_marginal(trial, scatter) > _log_marginal(best, scatter) + CLEARLY / count:
                 best, sizes[name] = trial, size
     return best
 
