@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
-from postproc.identification.planning.setups import BACK, SetupPlan
+from postproc.identification.planning.setups import BACK_OFF, SetupPlan
 from postproc.render.templates import environment, fill, load_template
 from postproc.robot.arm import Robot
 
@@ -68,7 +68,7 @@ def setups_module(plan: SetupPlan, table: str, signal: str) -> bytes:
     robot, kind, tool = plan.model.robot, plan.kind, plan.model.T_flange_tcp
     run_up = np.clip(plan.begin - RUN_UP, robot.lower, robot.upper)
     columns = {"id": plan.ids, "words": plan.words, "name": plan.names, "joints": plan.begin, "approach": run_up}
-    columns |= {"load": plan.loads, "kg": plan.state.payload_mass, "search": -2e3 * BACK * plan.direction}
+    columns |= {"load": plan.loads, "kg": plan.state.payload_mass, "search": -2e3 * BACK_OFF * plan.direction}
     stops = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
     values = {"table": table, "stops": stops, "kind": kind, "signal": signal, "wait_s": SETTLE_S}
     values |= {"tool": 1e3 * tool[:3, 3], "turn": Rotation.from_matrix(tool[:3, :3]).as_quat(scalar_first=True)}

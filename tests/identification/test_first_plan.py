@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from postproc.identification.planning.design import choose
-from postproc.identification.planning.setups import SHOP, Asked, SetupPlan, plan_setups
+from postproc.identification.planning.setups import SHOP, Request, SetupPlan, plan_setups
 from postproc.identification.planning.table import setups_csv
 from postproc.model.arm import Model
 from postproc.render.measuring import setups_module
@@ -25,7 +25,7 @@ ARM, TOOL = "irb4600_60_205", shift(z=0.3)
 
 def planned(kind: str, count: int = 12, robot: str = ARM, **asked: float) -> SetupPlan:
     """A plan for an arm of the library with a tool of 0.3 m."""
-    return plan_setups(Model(load_robot(robot), T_flange_tcp=TOOL, robot_name=robot), Asked(kind, **asked), count)
+    return plan_setups(Model(load_robot(robot), T_flange_tcp=TOOL, robot_name=robot), Request(kind, **asked), count)
 
 
 def rows(plan: SetupPlan) -> list[dict[str, str]]:

@@ -29,7 +29,7 @@ from postproc.model.equilibrium import predict
 from postproc.watch import Watch, unwatched
 
 CANDIDATES = 3000
-SEED = 20
+POSES_SEED = 20
 POSES_FACTOR = 4
 """Times as many poses that are simulated where those asked for do not tell two effects apart."""
 NEARLY_RATED = 0.8
@@ -203,7 +203,7 @@ def _candidates(fit: Fit, room: Room) -> State:
     payloads and directions of a force are drawn at random, payloads from those of the room, or those measured, or up to
     the rated one where there was one alone.
     """
-    g = np.random.default_rng(SEED)
+    g = np.random.default_rng(POSES_SEED)
     robot, seen = fit.model.robot, fit.data.state
     margin = np.deg2rad(5.0)
     low, high = np.maximum(robot.lower + margin, -np.pi), np.minimum(robot.upper - margin, np.pi)

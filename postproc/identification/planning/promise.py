@@ -31,15 +31,15 @@ from postproc.model.arm import Model
 from postproc.model.ordered import with_ordered_channels
 from postproc.watch import Watch, unwatched
 
-TABLES, FEWER, MANY_ROWS = 20, 10, 250
+TABLES, FEWER, LONG_TABLE = 20, 10, 250
 """Tables that are simulated, and how many where none of so many tells the effects apart or the data has many rows."""
-ENOUGH = 0.9
+ENOUGH_TABLES = 0.9
 """Share of the tables that must tell two effects apart for a plan to be called enough."""
-SEED = 21
+TABLES_SEED = 21
 BETWEEN_ROWS = 60.0
 """Seconds from one planned pose to the next, the first after the last measured row."""
 PLANNED = ("q", "approach", "payload_mass", "payload_center", "external_axes", "T_reference_base", "temperature")
-STILL = ("v", "a", "wrench")
+ZERO_UNLESS_PLANNED = ("v", "a", "wrench")
 """Channels that a plan states of its poses, and those that are zero unless it does; others are as in the last row."""
 
 
@@ -58,8 +58,8 @@ class Promise:
 
     @property
     def enough(self) -> bool:
-        """Whether the share of tables that tell the effects apart is `ENOUGH`."""
-        return self.told_apart >= ENOUGH * self.tables
+        """Whether the share of tables that tell the effects apart is `ENOUGH_TABLES`."""
+        return self.told_apart >= ENOUGH_TABLES * self.tables
 
 
 @dataclass(frozen=True)
@@ -111,8 +111,8 @@ class Contest:
             planned: the poses. hopeful: stop as soon as the promise cannot be enough any more.
             watch: is called with what is being done and the share of the work that is done.
         """
-        g, keys = np.random.default_rng(SEED), tuple(self.classes)
-        tables = TABLES if len(self.fit.data) <= MANY_ROWS else FEWER
+        g, keys = np.random.default_rng(TABLES_SEED), tuple(self.classes)
+        tables = TABLES if len(self.fit.data) <= LONG_TABLE else FEWER
         first = np.diff(np.round(self.odds * np.arange(tables + 1)))
         separated = 0
         for k in range(tables):
@@ -121,7 +121,7 @@ class Contest:
             watch("simulated tables", (k + 1) / tables)
             if separated == 0 and k + 1 == FEWER:
                 return Promise(FEWER, 0)
-            if hopeful and separated + tables - k - 1 < ENOUGH * tables:
+            if hopeful and separated + tables - k - 1 < ENOUGH_TABLES * tables:
                 return Promise(k + 1, separated)
         return Promise(tables, separated)
 
@@ -157,9 +157,9 @@ def simulated(truth: Fit, planned: State, g: np.random.Generator) -> Measurement
     changes: dict[str, object] = {"channels": {k: v for k, v in rows.state.channels.items() if k not in derived}}
     if rows.state.time is not None:
         changes["time"] = rows.state.time + BETWEEN_ROWS * np.maximum(np.arange(n + m) - n + 1, 0)
-    for name in (*PLANNED, *STILL, *(["gravity"] if planned.gravity.ndim == 2 else [])):
+    for name in (*PLANNED, *ZERO_UNLESS_PLANNED, *(["gravity"] if planned.gravity.ndim == 2 else [])):
         value, before = getattr(planned, name), getattr(rows.state, name)
-        if value is None and before is not None and name in STILL:
+        if value is None and before is not None and name in ZERO_UNLESS_PLANNED:
             value = np.zeros_like(before[n:])
         if value is not None:
             before = np.zeros((n, *value.shape[1:])) if before is None else before[:n]
