@@ -82,11 +82,11 @@ def run(
         pair, classes = _pair(between), arm_options.classes
         plan = plan_poses(arm, measured, count, pair, classes, noise=table.sigma, room=room, watch=watch)
     document = plan_document(short_names(model, *data), plan)
-    text, at = plan.as_csv(), plan.state
+    text = plan.as_csv()
     if rapid is not None:
         labels = [line.split(",")[0] for line in text.splitlines()[1:]]
-        name, loads = output.name if output is not None else "the table", at.payload_mass
-        write(rapid, measuring_module(arm.robot, at.q, at.approach, labels, name, payload_kg=loads, extax=plan.extax))
+        name = output.name if output is not None else "the table"
+        write(rapid, measuring_module(arm.robot, plan.state, labels, name, plan.extax))
     if output is not None or not json:
         write(output, text)
     present(document, report, json=json, text=True, on_stderr=True)

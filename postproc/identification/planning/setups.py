@@ -201,13 +201,15 @@ def plan_setups(model: Model, request: Request, count: int) -> SetupPlan:
     chosen, S = choose(whitened, block_diag(P, UNKNOWN_PLACE**2 * place), count, weigh, groups)
     at = np.array(chosen)
     at = at[np.lexsort((pool.state.q[at, 0], pool.names[at], np.asarray(pool.state.payload_mass)[at]))]
-    shares = [scatter_of(arm, judged, C[:KNOWN, :KNOWN], w).remaining for w in (True, False) for C in (P, S)]
+    before, after, load_before, load_after = (
+        scatter_of(arm, judged, C[:KNOWN, :KNOWN], weights).remaining for weights in (True, False) for C in (P, S)
+    )
     unknown = np.flatnonzero(np.diag(S)[:6] > UNDETERMINED_SHARE**2 * np.diag(P)[:6]).tolist()
     loading = np.abs(pool.rows[:, :, :6]).max(axis=(0, 1))
     unloaded = np.flatnonzero(loading < UNLOADED * loading.max()).tolist()
     state, names, begin = pool.state.rows(at), tuple(pool.names[at]), pool.begin[at]
     setups = (arm, kind, state, names, pool.direction[at], pool.change[at], begin)
-    return SetupPlan(*setups, *shares, unknown=tuple(unknown), unloaded=tuple(unloaded))
+    return SetupPlan(*setups, before, after, load_before, load_after, tuple(unknown), tuple(unloaded))
 
 
 def _with_springs(model: Model) -> Model:
