@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -34,11 +34,15 @@ IN_SPACE_NOTE = (
 CHECKED = "What `compensate` found with the function on targets of its region; lengths in mm."
 JOINTS_NOTE = "Torques of a rigid arm, under its own weight and the loads."
 FINDING_COLUMNS = ("line", "severity", "code", "what", "what to do")
+FINDING_KEYS = ("line", "severity", "code", "message", "help")
 STATEMENT = ("line", "routine", "instruction", "status", "reason")
 MATTERING_SHARE = 0.3
 """Share of the stated distance above which what no row has told is said."""
 LEAST_M = 5e-5  # of the distance that is said
 LONG_S = 7200.0  # from here on hours are told
+DEVIATIONS = {"error_before": "before", "error_after": "after", "arc_error_before": "arc_before"}
+DEVIATIONS |= {"arc_error_after": "arc"} | {key: key for key in ("transition", "transient", "joint_move")}
+"""Largest deviations of a document by the attributes of `PathFigures`."""
 CORRECTED = ("compensated", "run_time")  # status of statements that are corrected
 SEAM = {
     "name": "seam",
@@ -59,16 +63,14 @@ def conversion_document(name: str, conversion: Conversion, made: Mapping[str, st
         name: of the program. made: what it was converted with (model, loads, options) as label and text.
     """
     values, moved = conversion.report, conversion.plan is not None
-    findings = [[d[key] for key in ("line", "severity", "code", "message", "help")] for d in values["diagnostics"]]
-    seams = [[seam[key] for key in SEAM] for seam in values.get("welds", ())]
+    findings, seams, statements = (
+        [[row[key] for key in keys] for row in values.get(name, ())]
+        for name, keys in (("diagnostics", FINDING_KEYS), ("welds", SEAM), ("statements", STATEMENT))
+    )
     of_seams = DataTable("seams", list(SEAM.values()), seams, view="seams")
-    statements = [[row[key] for key in STATEMENT] for row in values["statements"]]
     shown = "statements" if moved else ""  # a page shows them beside its picture of the path
-    checked = [
-        (key.removesuffix("_mm").replace("_", " "), value)
-        for key, value in (values.get("run_time") or {}).items()
-        if value is not None
-    ]
+    run_time = {key: value for key, value in (values.get("run_time") or {}).items() if value is not None}
+    checked = [(key.removesuffix("_mm").replace("_", " "), value) for key, value in run_time.items()]
     facts = {**({"arm": values["robot"]} if moved else {}), **(made or {})}
     return Document(
         title=f"postproc compensate {name}",
@@ -102,28 +104,15 @@ def conversion_values(conversion: Conversion) -> dict[str, Any]:
     sure = accuracy and {
         "sigma_mm": _mm(accuracy.sigma),
         "within_95_percent_mm": _mm(accuracy.within_95),
-        "sigma_parts_mm": {
-            **{part: _mm(x) for part, x in zip(("parameters", "unexplained"), accuracy.parts, strict=True)},
-            "noise": model.fit.get("noise_mm"),
-        },
-    }
-    drawn = judged.drawn  # where the arc burns, if it does, else along lines
-    programmed = drawn and {
-        "before_mm": _mm(drawn.before if drawn.arc_before is None else drawn.arc_before),
-        "after_mm": _mm(drawn.after if drawn.arc is None else drawn.arc),
+        "sigma_parts_mm": _lengths(("parameters", "unexplained"), accuracy.parts)
+        | {"noise": model.fit.get("noise_mm")},
     }
     return {
         "schema": CONVERSION_SCHEMA,
         "tool": __version__,
         "robot": model.robot.name,
         "statements": [*map(_statement_values, judged.outcomes)],
-        "max_error_before_mm": _mm(figures.before),
-        "max_error_after_mm": _mm(figures.after),
-        "max_arc_error_before_mm": None if figures.arc_before is None else _mm(figures.arc_before),
-        "max_arc_error_after_mm": None if figures.arc is None else _mm(figures.arc),
-        "max_transition_mm": _mm(figures.transition),
-        "max_transient_mm": _mm(figures.transient),
-        "max_joint_move_mm": _mm(figures.joint_move),
+        **{f"max_{key}_mm": _mm(getattr(figures, name)) for key, name in DEVIATIONS.items()},
         "tolerance_mm": _mm(judged.options.tolerance_m),
         "air_tolerance_mm": _mm(judged.air_tolerance_m),
         "scope": judged.options.scope,
@@ -144,7 +133,7 @@ def conversion_values(conversion: Conversion) -> dict[str, Any]:
         **judged.remaining_values(),
         "run_time": judged.run_time and asdict(judged.run_time),
         "rigid_shift": [*map(rigid_shift_values, judged.shifts)],
-        "from_programmed_path": programmed,
+        "from_programmed_path": judged.drawn and _lengths(("before_mm", "after_mm"), judged.drawn.counting),
     }
 
 
@@ -172,9 +161,14 @@ def _seam_values(seam: Seam) -> Values:
     }
 
 
-def _mm(value: float) -> float:
-    """Convert metres to millimetres with five decimals, two more than RAPID text has."""
-    return mm(value, 5)
+def _mm(value: float | None) -> float | None:
+    """Convert metres to millimetres with five decimals, two more than RAPID text has; None stays None."""
+    return None if value is None else mm(value, 5)
+
+
+def _lengths(keys: Sequence[str], values: Sequence[float]) -> dict[str, Any]:
+    """Return lengths [m] in millimetres by their keys."""
+    return dict(zip(keys, map(_mm, values), strict=True))
 
 
 def made_section(made: Mapping[str, str]) -> Section:
@@ -225,13 +219,10 @@ def _basis(conversion: Conversion, made: Mapping[str, str]) -> str:
     """
     values = conversion.report
     known = values["expected_accuracy"]
-    sure = (
-        f"the fitted model itself is sure to {known['within_95_percent_mm']:.3f} mm (95 %)"
-        if known
-        else unknown_accuracy(conversion.diagnostics, values["expected_remaining_fraction"] is not None)
-    )
-    before, after = values["max_error_before_mm"], values["max_error_after_mm"]
-    air = [f"with moves in the air {after:.3f} mm of {before:.3f} mm remain"]
+    sure = unknown_accuracy(conversion.diagnostics, values["expected_remaining_fraction"] is not None)
+    if known:
+        sure = f"the fitted model itself is sure to {known['within_95_percent_mm']:.3f} mm (95 %)"
+    air = "with moves in the air {max_error_after_mm:.3f} mm of {max_error_before_mm:.3f} mm remain"
     seconds = values["cycle_time_s"]
     parts = [
         f"Arm `{values['robot']}`" + (f", {made['model']}" if "model" in made else ""),
@@ -240,7 +231,7 @@ def _basis(conversion: Conversion, made: Mapping[str, str]) -> str:
         f"{values['added_targets']} target{'s' * (values['added_targets'] != 1)} added",
         *_confdata(values),
         "cycle time " + (f"{seconds:.1f} s" if seconds < LONG_S else f"{seconds / 3600:.1f} h"),
-        *(air if values["max_arc_error_after_mm"] is not None else []),
+        *([air.format(**values)] if values["max_arc_error_after_mm"] is not None else []),
         sure,
     ]
     accuracy = None if conversion.judged is None else conversion.judged.accuracy
@@ -293,10 +284,8 @@ def _outcome_text(conversion: Conversion) -> str:
         return "Nothing moves: the program is written as it is."
     counts = _counts(values)
     through, corrected = counts["run_time"], counts["compensated"]
-    what = "1 motion statement is" if through == 1 else f"{through} motion statements are"
-    on_controller = (
-        f"{what} corrected on the controller, where {'its' if through == 1 else 'their'} targets become known."
-    )
+    what, whose = ("1 motion statement is", "its") if through == 1 else (f"{through} motion statements are", "their")
+    on_controller = f"{what} corrected on the controller, where {whose} targets become known."
     if through and not (corrected and values["measured_statements"]):
         return f"{on_controller}{_unmeasured(values)}"
     if not corrected:
@@ -308,9 +297,8 @@ def _outcome_text(conversion: Conversion) -> str:
     fell += f"the model{' at steady speed' if unsteady else ''}, where there were {before:.3f} mm"
     fell += f"{'; up to ' * bool(unsteady)}{' and '.join(unsteady)}."
     if not values["measured_statements"]:
-        fell = (
-            f"{corrected} statement{'s are' if corrected > 1 else ' is'} corrected; no line or arc could be measured."
-        )
+        what = "statements are" if corrected > 1 else "statement is"
+        fell = f"{corrected} {what} corrected; no line or arc could be measured."
     count = values["unproved_statements"]
     doubt = f" {count} of these statements also run where they cannot be followed: what remains there is not proved."
     better = better_figure(values)
@@ -368,10 +356,8 @@ def undetermined_text(accuracy: Accuracy) -> str:
     if known is None or known.within_95 < max(LEAST_M, MATTERING_SHARE * accuracy.within_95):
         return ""
     alone = "" if known.largest > 0.99 * known.within_95 else f", {1e3 * known.largest:.2f} mm by it alone"
-    return (
-        f" Of that, {1e3 * known.within_95:.2f} mm are open under these loads because the measured rows say little of "
-        f"{_parameter_text(known)}{alone}. {_pull_text(known)}"
-    )
+    why = f"because the measured rows say little of {_parameter_text(known)}{alone}"
+    return f" Of that, {1e3 * known.within_95:.2f} mm are open under these loads {why}. {_pull_text(known)}"
 
 
 def _parameter_text(known: Undetermined) -> str:
@@ -391,8 +377,5 @@ def _pull_text(known: Undetermined) -> str:
     axis = int(np.argmax(known.pull))
     size, way = known.pull[axis], "xyz"[axis % 3]
     how = f"pull with {size:.0f} N along {way}" if axis < 3 else f"turn with {size:.0f} N m about {way}"
-    return (
-        f"To tell it, {how} of the base at {PULLING_POSES} poses of the program, "
-        "measure with and without, and fit again: "
-        f"the TCP moves by {1e3 * known.told:.2f} mm for each standard deviation."
-    )
+    where = f"of the base at {PULLING_POSES} poses of the program, measure with and without, and fit again"
+    return f"To tell it, {how} {where}: the TCP moves by {1e3 * known.told:.2f} mm for each standard deviation."

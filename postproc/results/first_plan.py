@@ -6,7 +6,7 @@ import numpy as np
 
 from postproc.diagnostics import joined
 from postproc.identification.planning.setups import SetupPlan
-from postproc.numbers import mm
+from postproc.numbers import mm, percent_range
 from postproc.report.blocks import Chart, DataTable, Document, Section, Values
 from postproc.report.drawing.postures import posture_drawings
 
@@ -53,7 +53,7 @@ def first_plan_values(plan: SetupPlan) -> Values:
 def first_plan_sentence(plan: SetupPlan) -> str:
     """Say what share of the deflection is expected to remain before and after, and which springs stay unknown."""
     shares = (plan.before, plan.after, plan.load_before, plan.load_after)
-    before, after, load_before, load_after = (f"{100 * low:.0f} to {100 * high:.0f} %" for low, high in shares)
+    before, after, load_before, load_after = map(percent_range, shares)
     text = f"Of the deflection of `{plan.model.robot.name}` in this region {before} is expected to remain after a "
     lines = [f"{text}correction as the arm is known now, {after} with these {len(plan.state)} set-ups."]
     if plan.load_before[1] > 0:

@@ -13,7 +13,7 @@ from postproc.model.arm import Model
 from postproc.model.scatter import NORMAL_95, Scatter, scatter_covariance, scatter_of, stiffness_factors
 from postproc.robot.kinematics import jacobian
 
-READINGS, READING_SIGMA = 12, 1e-5
+GAUGE_READINGS, READING_SIGMA = 12, 1e-5
 """Of a dial gauge that a shop can take in an hour, and the standard deviation [m] of one of them."""
 PULL_N = 100.0
 """Of a spring balance, sideways: a weight never loads a joint that turns about the vertical."""
@@ -59,7 +59,7 @@ def _known_after_gauge(model: Model, state: State) -> Array | None:
     spring, robot = model.in_role(Role.JOINT_SPRINGS), model.robot
     if spring is None or robot.payload is None:
         return None
-    some = state.rows(np.linspace(0, len(state) - 1, READINGS // 2).round().astype(int))
+    some = state.rows(np.linspace(0, len(state) - 1, GAUGE_READINGS // 2).round().astype(int))
     axis = np.arange(len(some)) % 3
     along = np.einsum("ni,nij->nj", model.R_world_base[axis], jacobian(robot, some.q, some.T_flange_tcp)[:, :3])
     force = np.array([PULL_N, PULL_N, GRAVITY * robot.payload])[axis]

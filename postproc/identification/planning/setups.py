@@ -74,7 +74,7 @@ CUBE = 0.12
 """Half the edge of the cube, over the arm's length."""
 KNOWN = 12
 """Parameters of which an arm's type tells something: six springs and six masses."""
-UNLOADED = 1e-3
+NEVER_LOADED = 1e-3
 """Share of the largest derivative below which no set-up loads a spring."""
 SETUPS_SEED = 43
 
@@ -206,7 +206,7 @@ def plan_setups(model: Model, request: Request, count: int) -> SetupPlan:
     )
     unknown = np.flatnonzero(np.diag(S)[:6] > UNDETERMINED_SHARE**2 * np.diag(P)[:6]).tolist()
     loading = np.abs(pool.rows[:, :, :6]).max(axis=(0, 1))
-    unloaded = np.flatnonzero(loading < UNLOADED * loading.max()).tolist()
+    unloaded = np.flatnonzero(loading < NEVER_LOADED * loading.max()).tolist()
     state, names, begin = pool.state.rows(at), tuple(pool.names[at]), pool.begin[at]
     setups = (arm, kind, state, names, pool.direction[at], pool.change[at], begin)
     return SetupPlan(*setups, before, after, load_before, load_after, tuple(unknown), tuple(unloaded))
