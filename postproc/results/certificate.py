@@ -43,8 +43,7 @@ def program_certificate(name: str, conversion: Conversion, made: Mapping[str, st
         name: of the program. made: what it was converted with (model, loads, options) as label and text.
     """
     document, made = plain(conversion.report), made or {}
-    facts = [("program", name)]
-    facts += [(f"{key} file, SHA-256", digest) for key, digest in _digests(conversion)]
+    facts = [("program", name), *_digests(conversion)]
     title = f"Acceptance of {name}"
     if conversion.plan is None:
         sentence = NOT_SAFE if conversion.module is None else RUN_TIME_ONLY
@@ -157,15 +156,13 @@ def _part(title: str, columns: Sequence[str], rows: Sequence[Row], note: str = "
 
 
 def _digests(conversion: Conversion) -> list[tuple[str, str]]:
-    """Return rows (``original`` or ``corrected``, SHA-256 of the file); if there are several, also with the path."""
+    """Return rows (original or corrected file, its SHA-256); if there are several, also with the path."""
     sources = {o.statement.source.path: o.statement.source.data for o in conversion.outcomes}
-    several = len(sources) > 1
     rows = []
     for path, data in sources.items():
-        part = f" {path}" if several else ""
-        rows.append((f"original{part}", sha256(data).hexdigest()))
-        if path in conversion.outputs:
-            rows.append((f"corrected{part}", sha256(conversion.outputs[path]).hexdigest()))
+        files = {"original": data} | ({"corrected": conversion.outputs[path]} if path in conversion.outputs else {})
+        part = f" {path}" if len(sources) > 1 else ""
+        rows += [(f"{kind}{part} file, SHA-256", sha256(content).hexdigest()) for kind, content in files.items()]
     return rows
 
 

@@ -44,16 +44,8 @@ DEVIATIONS = {"error_before": "before", "error_after": "after", "arc_error_befor
 DEVIATIONS |= {"arc_error_after": "arc"} | {key: key for key in ("transition", "transient", "joint_move")}
 """Largest deviations of a document by the attributes of `PathFigures`."""
 CORRECTED = ("compensated", "run_time")  # status of statements that are corrected
-SEAM = {
-    "name": "seam",
-    "line_from": "from line",
-    "line_to": "to line",
-    "length_mm": "length [mm]",
-    "before_mm": "before [mm]",
-    "after_mm": "after [mm]",
-    "added_targets": "added",
-    "left": "left",
-}
+SEAM = {"name": "seam", "line_from": "from line", "line_to": "to line", "length_mm": "length [mm]"}
+SEAM |= {"before_mm": "before [mm]", "after_mm": "after [mm]", "added_targets": "added", "left": "left"}
 
 
 def conversion_document(name: str, conversion: Conversion, made: Mapping[str, str] | None = None) -> Document:
@@ -196,7 +188,7 @@ def _figures(values: Values) -> list[Figure]:
     """
     before, after, where = main_figures(values) if values["measured_statements"] else (None, None, "")
     words = {"compensated": "corrected", "run_time": "at run time", "unchanged": "unchanged"}
-    counts = _counts(values)
+    counts = Counter(row["status"] for row in values["statements"])
     statuses = [f"{counts[status]} {word}" for status, word in words.items() if counts[status]]
     return [
         Figure(f"expected on the arm, {where}", on_arm_text(values["expected_on_arm_mm"]) if where else None),
@@ -204,11 +196,6 @@ def _figures(values: Values) -> list[Figure]:
         Figure(f"after in the model, {where}", after, "after"),
         Figure("motion statements", ", ".join([*statuses, f"{counts['skipped']} left"])),
     ]
-
-
-def _counts(values: Values) -> Counter[str]:
-    """Return the numbers of statements of a document by status."""
-    return Counter(row["status"] for row in values["statements"])
 
 
 def _basis(conversion: Conversion, made: Mapping[str, str]) -> str:
@@ -282,7 +269,7 @@ def _outcome_text(conversion: Conversion) -> str:
         return "The program is not safe to compensate; no program was written."
     if conversion.plan is None and conversion.module is None:
         return "Nothing moves: the program is written as it is."
-    counts = _counts(values)
+    counts = Counter(row["status"] for row in values["statements"])
     through, corrected = counts["run_time"], counts["compensated"]
     what, whose = ("1 motion statement is", "its") if through == 1 else (f"{through} motion statements are", "their")
     on_controller = f"{what} corrected on the controller, where {whose} targets become known."
@@ -331,19 +318,15 @@ def main_figures(values: Values) -> tuple[float, float, str]:
 
 def undetermined_values(known: Undetermined | None) -> Values:
     """Return the entries ``undetermined_under_load_mm`` and ``undetermined_parameter`` of a conversion's document."""
-    if known is None:
-        return {"undetermined_under_load_mm": 0.0, "undetermined_parameter": None}
-    return {
-        "undetermined_under_load_mm": mm(known.within_95),
-        "undetermined_parameter": {
-            "parameter": known.name,
-            "value": known.value,
-            "sigma": known.sigma,
-            "within_95_percent_mm": mm(known.largest),
-            "pull": [] if known.pull is None else known.pull.tolist(),
-            "pull_shows_mm": mm(known.told),
-        },
+    parameter = known and {
+        "parameter": known.name,
+        **attributes(known, "value", "sigma"),
+        "within_95_percent_mm": mm(known.largest),
+        "pull": [] if known.pull is None else known.pull.tolist(),
+        "pull_shows_mm": mm(known.told),
     }
+    within = 0.0 if known is None else mm(known.within_95)
+    return {"undetermined_under_load_mm": within, "undetermined_parameter": parameter}
 
 
 def undetermined_text(accuracy: Accuracy) -> str:

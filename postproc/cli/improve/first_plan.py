@@ -99,8 +99,6 @@ def _arm(name: Path, arm_options: ArmOptions) -> Model:
     from postproc.model.arm import Model
     from postproc.robot.catalogue import load_robot
 
-    if name.exists() or name.suffix:
-        arm = load_model(name, arm_options.effects, arm_options.cell)
-    else:
-        arm = Model(load_robot(str(name)), robot_name=str(name))
+    known = None if name.exists() or name.suffix else Model(load_robot(str(name)), robot_name=str(name))
+    arm = known or load_model(name, arm_options.effects, arm_options.cell)
     return arm if arm_options.tool is None else replace(arm, T_flange_tcp=parse_tool(arm_options.tool))

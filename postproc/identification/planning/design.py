@@ -140,9 +140,8 @@ def choose(
         groups: (c, 2) number of the posture of each, of which one is chosen at most, and of what it touches, of which
             all are chosen as often as there are postures for; None where no two have a posture in common.
     """
-    posture, touched = (
-        np.column_stack([np.arange(len(Z)), np.zeros(len(Z), dtype=int)]).T if groups is None else groups.T
-    )
+    single = np.column_stack([np.arange(len(Z)), np.zeros(len(Z), dtype=int)])
+    posture, touched = (single if groups is None else groups).T
     chosen, free, times = list[int](), np.ones(len(Z), dtype=bool), np.zeros(touched.max(initial=0) + 1, dtype=int)
     for _ in range(n):
         ZP = Z @ P

@@ -18,7 +18,6 @@ from postproc.estimation.least_squares import fit_model
 from postproc.estimation.problem import Problem, make_weights
 from postproc.estimation.solving.step import Name
 from postproc.identification.diagnose import diagnose
-from postproc.identification.diagnosis import Diagnosis
 from postproc.identification.planning.design import FULL_RANGE, Room, separate, sharpen
 from postproc.identification.planning.promise import Contest, Promise
 from postproc.identification.planning.table import as_csv, posture_columns
@@ -138,7 +137,10 @@ def plan_poses(
         chosen, before, after, worst, never = sharpen(fit, pool, n)
         return MeasuringPlan(fit, *_picked(fit, pool, chosen), None, before, after, tuple(worst), tuple(never))
     diagnosis = diagnose(model, data, extra_effects, noise=noise, watch=lambda what, share: watch(what, 0.3 * share))
-    fit = _fit_without_pair(diagnosis, between)
+    # The fit of the diagnosis with all missing effects, but without the two, even where the model has them.
+    fit = refit_all(diagnosis.base, diagnosis.final, [m.key for m in diagnosis.missing if m.key not in between])
+    keys = [e.key for e in fit.model.effects if e.key in between]
+    fit = without(fit, keys) if keys else fit
     contest = Contest.of(fit, pair)
     pool = _pool(fit, room, n)
     chosen, before, after = separate(fit, pool, pair, n)
@@ -148,17 +150,6 @@ def plan_poses(
     resolved = bool(named) and not any(other in between for some in named.values() for other in some)
     others = list(_alternatives(contest, pair, n, room)) if not (promise.enough or resolved) else []
     return MeasuringPlan(fit, state, T, between, before, after, (), (), resolved, promise, tuple(others))
-
-
-def _fit_without_pair(diagnosis: Diagnosis, pair: tuple[str, str]) -> Fit:
-    """Return the fit of a diagnosis with all missing effects, but without a pair, even where the model has it.
-
-    Args:
-        pair: keys of the two effects.
-    """
-    fit = refit_all(diagnosis.base, diagnosis.final, [m.key for m in diagnosis.missing if m.key not in pair])
-    keys = [e.key for e in fit.model.effects if e.key in pair]
-    return without(fit, keys) if keys else fit
 
 
 def _alternatives(contest: Contest, pair: list[type[Effect]], n: int, room: Room) -> Iterator[Alternative]:

@@ -182,11 +182,13 @@ def plan_setups(model: Model, request: Request, count: int) -> SetupPlan:
     Raises:
         PostprocError: DAT024 where fewer set-ups are possible than are asked for.
     """
-    arm, g, kind = _with_springs(model), np.random.default_rng(SETUPS_SEED), request.kind
+    springs, arm = effect_in_role(Role.JOINT_SPRINGS).null(), model
+    if arm.in_role(Role.JOINT_SPRINGS) is None:  # then those of its type
+        arm = model.with_effects(*model.effects, springs.with_vector(prior_of(springs, model).value))
+    g, kind = np.random.default_rng(SETUPS_SEED), request.kind
     box = working_box(arm.robot) if request.box is None else request.box
     pool = _pool(arm, request, box, g)
-    possible = len(np.unique(pool.posture))
-    if possible < count:
+    if (possible := len(np.unique(pool.posture))) < count:
         message = f"{possible} set-ups can be measured here, and {count} are asked for"
         raise PostprocError.of("DAT024", message, help="widen `--region`, or take a heavier load (`--load`)")
     q = _postures(arm, "position", box, g)[0][:JUDGED]
@@ -210,12 +212,6 @@ def plan_setups(model: Model, request: Request, count: int) -> SetupPlan:
     state, names, begin = pool.state.rows(at), tuple(pool.names[at]), pool.begin[at]
     setups = (arm, kind, state, names, pool.direction[at], pool.change[at], begin)
     return SetupPlan(*setups, before, after, load_before, load_after, tuple(unknown), tuple(unloaded))
-
-
-def _with_springs(model: Model) -> Model:
-    """Return the arm with joint springs, those of its type where the model has none."""
-    null, known = effect_in_role(Role.JOINT_SPRINGS).null(), model.in_role(Role.JOINT_SPRINGS)
-    return model if known else model.with_effects(*model.effects, null.with_vector(prior_of(null, model).value))
 
 
 def _loaded(arm: Model, q: Array, request: Request) -> State:

@@ -67,8 +67,11 @@ def can_work(arm: Model, box: Array, q: Array) -> NDArray[np.bool_]:
     zero = forward(robot, np.zeros((1, 6)))[0, :, 3]
     good &= np.cos(np.arctan2(p[:, 1], p[:, 0]) - np.arctan2(zero[1], zero[0]) - q[:, 0]) > IN_FRONT
     good &= np.abs(np.sin(q[:, 4])) > np.sin(LEAST_TURN)
-    for k in (1, 2, 3, 4):  # the column, the upper arm, the forearm
-        good &= _distance(p, T[:, k, :3, 3], T[:, k + 1, :3, 3]) > FROM_ARM * length
+    for k in (1, 2, 3, 4):  # the column, the upper arm, the forearm, less their far ends
+        from_link, along = p - T[:, k, :3, 3], T[:, k + 1, :3, 3] - T[:, k, :3, 3]
+        share = np.sum(from_link * along, axis=1) / np.maximum(np.sum(along**2, axis=1), 1e-12)
+        away = from_link - np.clip(share, 0.0, 0.7)[:, None] * along
+        good &= np.linalg.norm(away, axis=1) > FROM_ARM * length
     return np.asarray(good)
 
 
@@ -90,10 +93,3 @@ def moved_onto(arm: Model, q: Array, place: Array, turned: bool = True) -> Array
         q = q + np.clip(step[:, :, 0], -0.3, 0.3)
     reached = np.abs(pose_error(forward(robot, q) @ tool, wanted)[:, :rows]).max(axis=1) < 1e-5
     return np.where(reached[:, None], q, np.nan)
-
-
-def _distance(p: Array, a: Array, b: Array) -> Array:
-    """Return the distance (n,) [m] of points (n, 3) from links between (n, 3) and (n, 3), less their far ends."""
-    along = b - a
-    share = np.sum((p - a) * along, axis=1) / np.maximum(np.sum(along**2, axis=1), 1e-12)
-    return np.asarray(np.linalg.norm(p - a - np.clip(share, 0.0, 0.7)[:, None] * along, axis=1))
