@@ -98,7 +98,7 @@ class OutputTree:
                 self.copied[path] = record.outputs[path]
 
     def close(self) -> None:
-        """TaskRecord the copies, and delete what earlier runs made of inputs that are gone."""
+        """Record the copies, and delete what earlier runs made of inputs that are gone."""
         copies = f"{COPIES}{self.part}.json"
         self.now[copies] = TaskRecord(self.part, copies, "unchanged", self.copied)
         self._write(f"{STATE}/{copies}", _encoded(self.now[copies]))

@@ -146,9 +146,7 @@ def deflection_shares(model: Model, state: State) -> Array:
 
 def _torques(model: Model, state: State) -> Array:
     """Return the joint torques (n, 6) [N m] of the undeflected arm."""
-    loads = loaded_state(model, state, Deflection(np.zeros((len(state), 6)), {}, None, None), ()).joint_load
-    assert loads is not None
-    return loads
+    return np.asarray(loaded_state(model, state, Deflection(np.zeros((len(state), 6)), {}, None, None), ()).joint_load)
 
 
 def _only(model: Model, body: int) -> Model:

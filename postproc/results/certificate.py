@@ -116,12 +116,8 @@ def arm_certificate(name: str, comparison: Comparison) -> Document:
         *(("mean distance from the model", mean), ("95 % of the poses are within", within["95"])),
         ("largest distance from the model", largest),
     ]
-    facts = [
-        ("model and measurements", name),
-        ("arm", comparison.fit.model.robot.name),
-        ("rows", str(len(data))),
-        (f"noise per {kind.each}", "not known" if noise is None else f"{noise:.3f} {kind.unit}"),
-    ]
+    facts = [("model and measurements", name), ("arm", comparison.fit.model.robot.name), ("rows", str(len(data)))]
+    facts.append((f"noise per {kind.each}", "not known" if noise is None else f"{noise:.3f} {kind.unit}"))
     rows = [(what, "" if value is None else f"{value:.3f}", "", "") for what, value in figures]
     columns = ("figure", f"found [{kind.unit}]", f"required [{kind.unit}]", "accepted")
     part = _part("Pose accuracy and repeatability after ISO 9283", columns, rows, BY_HAND)

@@ -19,6 +19,7 @@ from postproc.effects.registry import effect_library
 from postproc.model.undetermined import PULLING_POSES, Undetermined
 from postproc.numbers import mm, on_arm_text
 from postproc.report.blocks import DataTable, Document, Figure, Scene, Section, Values, View, attributes
+from postproc.report.drawing.path import path_data
 from postproc.results.wording import in_words, readable, with_sigma
 from postproc.results.work_objects import from_programmed_path, rigid_shift_values, work_object_section
 
@@ -81,7 +82,7 @@ def conversion_document(name: str, conversion: Conversion, made: Mapping[str, st
             Section("Corrected on the controller", [DataTable("run time", ("what", "value"), checked)], CHECKED),
             made_section(facts),
         ],
-        scene=Scene("path", lambda: _path(conversion)) if moved else None,
+        scene=Scene("path", lambda: path_data(conversion)) if moved else None,
     )
 
 
@@ -171,13 +172,6 @@ def made_section(made: Mapping[str, str]) -> Section:
     """
     rows = [*made.items(), ("postproc", __version__)]
     return Section("How this was made", [DataTable("how this was made", ("what", "with"), rows, brief=())], folded=True)
-
-
-def _path(conversion: Conversion) -> Values:
-    """Return the numbers from which a page draws the path of a conversion that has a plan."""
-    from postproc.report.drawing.path import path_data
-
-    return path_data(conversion)
 
 
 def _figures(values: Values) -> list[Figure]:

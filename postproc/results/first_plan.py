@@ -35,15 +35,13 @@ def first_plan_document(name: str, plan: SetupPlan) -> Document:
 
 def first_plan_values(plan: SetupPlan) -> Values:
     """Return the ``postproc/plan/1`` document of a plan without a table."""
-    remains = {"before": plan.before, "after": plan.after}
-    remains |= {"of_loads_before": plan.load_before, "of_loads_after": plan.load_after}
     keys = ("pose_id", "name", "load", "expected_change_mm")
     listed = zip(plan.ids, plan.names, plan.loads, [mm(x, 4) for x in plan.change], strict=True)
     return {
         "schema": "postproc/plan/1",
         "kind": plan.kind,
         "poses": len(plan.state),
-        **{f"expected_remaining_fraction_{key}": [round(x, 3) for x in share] for key, share in remains.items()},
+        **{f"expected_remaining_fraction_{key}": [round(x, 3) for x in share] for key, share in plan.remaining.items()},
         "joints_unknown": [j + 1 for j in plan.unknown],
         "joints_never_loaded": [j + 1 for j in plan.unloaded],
         "set_ups": [dict(zip(keys, row, strict=True)) for row in listed],
@@ -52,13 +50,13 @@ def first_plan_values(plan: SetupPlan) -> Values:
 
 def first_plan_sentence(plan: SetupPlan) -> str:
     """Say what share of the deflection is expected to remain before and after, and which springs stay unknown."""
-    shares = (plan.before, plan.after, plan.load_before, plan.load_after)
-    before, after, load_before, load_after = map(percent_range, shares)
+    shares = plan.remaining
+    before, after, load_before, load_after = map(percent_range, shares.values())
     text = f"Of the deflection of `{plan.model.robot.name}` in this region {before} is expected to remain after a "
     lines = [f"{text}correction as the arm is known now, {after} with these {len(plan.state)} set-ups."]
-    if plan.load_before[1] > 0:
+    if shares["of_loads_before"][1] > 0:
         lines.append(f"Of the deflection by the load alone it is {load_before} now, {load_after} with them.")
-    if plan.kind == "gauge" and plan.load_after[1] < LINKS_MATTER * plan.after[1]:
+    if plan.kind == "gauge" and shares["of_loads_after"][1] < LINKS_MATTER * shares["after"][1]:
         what = "The weights of its links make the difference"
         lines.append(f"{what}: they are estimates, and no load on the tool tells them.")
     if plan.kind == "gauge" and 0 in plan.unloaded:

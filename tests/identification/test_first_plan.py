@@ -105,11 +105,16 @@ def test_measurements_narrow_what_is_expected_to_remain():
         planned("gauge", load=30.0),
         planned("gauge", load=30.0, pull=200),
     )
-    assert few.before == many.before and many.after[1] < few.after[1] < 0.5 * few.before[1]
-    assert many.load_after[1] < 0.1 < 0.25 < many.load_before[1]
-    assert pulled.load_after[1] < 0.1
+    assert (
+        few.remaining["before"] == many.remaining["before"]
+        and many.remaining["after"][1] < few.remaining["after"][1] < 0.5 * few.remaining["before"][1]
+    )
+    assert many.remaining["of_loads_after"][1] < 0.1 < 0.25 < many.remaining["of_loads_before"][1]
+    assert pulled.remaining["of_loads_after"][1] < 0.1
     unsure = planned("gauge", robot="irb4600_40_255", load=30.0)
-    assert unsure.load_after[1] < 0.1 < 0.2 < unsure.after[1] < unsure.before[1]  # nobody weighed its links
+    assert (
+        unsure.remaining["of_loads_after"][1] < 0.1 < 0.2 < unsure.remaining["after"][1] < unsure.remaining["before"][1]
+    )  # nobody weighed its links
 
 
 def test_where_no_gauge_can_be_read_that_is_said():

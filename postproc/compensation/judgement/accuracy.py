@@ -118,32 +118,22 @@ def _expect_accuracy(
     """
     text = "the program leaves the range in which the model was measured: "
     help_ = "measure poses there too (`postproc plan`), or take the expected accuracy as a guess"
-    beyond = [text + found.text for found in beyond_range(model, at_goals)]
+    beyond = [text + span.text for span in beyond_range(model, at_goals)]
     findings = [Diagnostic("CMP010", "warning", words, source, help=help_) for words in beyond]
     findings += _local_effects(model, at_goals, source)
     parts = np.array(sigma_parts(model, at_goals, instrument=False))
-    sigma = np.hypot(*parts)
-    if np.isnan(sigma).any():
+    sigma, known = np.hypot(*parts), read_uncertainty(model)
+    if known is None or np.isnan(sigma).any():
         return None, findings
     undetermined = undetermined_under_load(model, at_goals, WITHIN_95)
     by_parameters, unexplained = parts[:, int(np.argmax(sigma))].tolist()
     sizes = float(np.sqrt(np.mean(sigma**2))), float(WITHIN_95 * sigma.max())
     worst = int(np.argmax(np.where(welding | ~welding.any(), sigma, 0.0)))
-    interval = _error_interval(model, at_goals.rows(np.array([worst])), parts[1, worst])
-    return Accuracy(*sizes, (by_parameters, unexplained), interval, undetermined), findings
-
-
-def _error_interval(model: Model, state: State, unexplained: float) -> tuple[float, float]:
-    """2.5 % and 97.5 % quantile of the length [m] of a normal error with the covariance of one state's position.
-
-    Args:
-        unexplained: standard deviation per axis [m] of what no effect explains, beside what parameters leave.
-    """
-    known = read_uncertainty(model)
-    assert known is not None
-    square = np.linalg.eigvalsh(position_covariance(model, state, known, instrument=False)[0]) + unexplained**2
-    low, high = np.quantile(np.sqrt(normal_draws(3) ** 2 @ np.maximum(square, 0.0)), QUANTILES)
-    return float(low), float(high)
+    # Quantiles of the length of a normal error with the covariance of the position there.
+    covariance = position_covariance(model, at_goals.rows(np.array([worst])), known, instrument=False)[0]
+    square = np.maximum(np.linalg.eigvalsh(covariance) + parts[1, worst] ** 2, 0.0)
+    low, high = np.quantile(np.sqrt(normal_draws(3) ** 2 @ square), QUANTILES).tolist()
+    return Accuracy(*sizes, (by_parameters, unexplained), (low, high), undetermined), findings
 
 
 def _local_effects(model: Model, at_goals: State, source: Source) -> Iterator[Diagnostic]:

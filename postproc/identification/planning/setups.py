@@ -90,9 +90,9 @@ class SetupPlan:
         direction: (s, 3) in which a gauge reads more, else from what is touched to the arm.
         change: (s,) expected difference of the readings of a gauge [m], zeros for other kinds.
         begin: (s, 6) joint angles [rad] at `BACK_OFF` before the touch, those of the posture where nothing is touched.
-        before, after: 95 % interval of the share of the deflection that remains after a correction, without and with
-            the measurements (`scatter_of`).
-        load_before, load_after: the same of the deflection by the loads alone, without the weights of the links.
+        remaining: 95 % interval of the share of the deflection that remains after a correction (`scatter_of`), without
+            the measurements (``before``) and with them (``after``); with ``of_loads_`` before it, of the deflection by
+            the loads alone, without the weights of the links.
         unknown: joints, from 0, of whose springs the measurements tell less than half; unloaded: those that no load of
             any set-up winds up.
     """
@@ -104,10 +104,7 @@ class SetupPlan:
     direction: Array
     change: Array
     begin: Array
-    before: tuple[float, float]
-    after: tuple[float, float]
-    load_before: tuple[float, float]
-    load_after: tuple[float, float]
+    remaining: Mapping[str, tuple[float, float]]
     unknown: tuple[int, ...]
     unloaded: tuple[int, ...]
 
@@ -203,15 +200,14 @@ def plan_setups(model: Model, request: Request, count: int) -> SetupPlan:
     chosen, S = choose(whitened, block_diag(P, UNKNOWN_PLACE**2 * place), count, weigh, groups)
     at = np.array(chosen)
     at = at[np.lexsort((pool.state.q[at, 0], pool.names[at], np.asarray(pool.state.payload_mass)[at]))]
-    before, after, load_before, load_after = (
-        scatter_of(arm, judged, C[:KNOWN, :KNOWN], weights).remaining for weights in (True, False) for C in (P, S)
-    )
+    cases = {"before": (P, True), "after": (S, True), "of_loads_before": (P, False), "of_loads_after": (S, False)}
+    remaining = {key: scatter_of(arm, judged, C[:KNOWN, :KNOWN], all_).remaining for key, (C, all_) in cases.items()}
     unknown = np.flatnonzero(np.diag(S)[:6] > UNDETERMINED_SHARE**2 * np.diag(P)[:6]).tolist()
     loading = np.abs(pool.rows[:, :, :6]).max(axis=(0, 1))
     unloaded = np.flatnonzero(loading < NEVER_LOADED * loading.max()).tolist()
     state, names, begin = pool.state.rows(at), tuple(pool.names[at]), pool.begin[at]
     setups = (arm, kind, state, names, pool.direction[at], pool.change[at], begin)
-    return SetupPlan(*setups, before, after, load_before, load_after, tuple(unknown), tuple(unloaded))
+    return SetupPlan(*setups, remaining, tuple(unknown), tuple(unloaded))
 
 
 def _loaded(arm: Model, q: Array, request: Request) -> State:

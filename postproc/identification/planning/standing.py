@@ -46,8 +46,7 @@ def comfortable_range(robot: Robot) -> tuple[Array, Array]:
 
 def random_postures(robot: Robot, count: int, g: np.random.Generator) -> Array:
     """Return postures (n, 6) [rad] anywhere in the range of the joints that is planned."""
-    low, high = comfortable_range(robot)
-    return g.uniform(low, high, (count, 6))
+    return g.uniform(*comfortable_range(robot), (count, 6))
 
 
 def can_work(arm: Model, box: Array, q: Array) -> NDArray[np.bool_]:
