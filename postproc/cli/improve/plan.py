@@ -75,19 +75,16 @@ def run(
     arm, measured = opened(model, data, arm_options, table, output, rapid, report, also=candidates)
     listed = None if candidates is None else table.read([candidates], arm.robot, False, arm.station).state
     q, axes = (None, None) if listed is None else (listed.q, listed.external_axes)
-    cone = None if sight is None else math.radians(sight)
-    room = Room(_box(region), q, cone, measured_range, axes, _masses(payloads), force)
+    room = Room(_box(region), q, sight and math.radians(sight), measured_range, axes, _masses(payloads), force)
     question = arm, measured, count, _pair(between), arm_options.classes
     with watching(f"choosing {count} poses") as watch:
         plan = plan_poses(*question, noise=table.sigma, room=room, watch=watch)
     document = plan_document(short_names(model, *data), plan)
-    text = plan.as_csv()
     if rapid is not None:
-        labels = [line.split(",")[0] for line in text.splitlines()[1:]]
         name = output.name if output is not None else "the table"
-        write(rapid, measuring_module(arm.robot, plan.state, labels, name, plan.extax))
+        write(rapid, measuring_module(arm.robot, plan.state, plan.ids, name, plan.extax))
     if output is not None or not json:
-        write(output, text)
+        write(output, plan.as_csv())
     present(document, report, json=json, text=True, on_stderr=True)
     if output is not None and not json:
         what = "says what is missing, once x_mm, y_mm, z_mm and what else the first table has are filled in"

@@ -83,6 +83,11 @@ class MeasuringPlan:
     alternatives: tuple[Alternative, ...] = ()
 
     @property
+    def ids(self) -> list[str]:
+        """Names (n,) of the poses."""
+        return [f"N{i + 1:03d}" for i in range(len(self.state))]
+
+    @property
     def extax(self) -> Array | None:
         """(n, 6) external axes as programs state them [mm], [deg], NaN where there is none; None without any."""
         station, axes = self.fit.model.station, self.state.external_axes
@@ -96,9 +101,7 @@ class MeasuringPlan:
 
         Its columns are ``pose_id``, joints, approach sides, payload, force and external axes.
         """
-        state, ids = self.state, [f"N{i + 1:03d}" for i in range(len(self.state))]
-        sided = state if state.approach is not None else state.with_(approach=np.zeros((len(state), 6)))
-        return as_csv(ids, posture_columns(sided, self.extax))
+        return as_csv(self.ids, posture_columns(self.state, self.extax))
 
 
 def plan_poses(
