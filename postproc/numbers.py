@@ -30,6 +30,11 @@ def mm_or_none(value: float | None) -> float | None:
     return None if value is None or not isfinite(value) else mm(value)
 
 
+def percent_range(shares: Sequence[float]) -> str:
+    """Return the lower and the upper end of a share in percent: ``3 to 45 %``."""
+    return "{:.0f} to {:.0f} %".format(*(100 * share for share in shares))
+
+
 def on_arm_text(expected_mm: Sequence[float] | None) -> str:
     """The largest deviation that is expected on the arm as text: ``0.12 to 0.85 mm``, or that it is not known.
 

@@ -13,7 +13,7 @@ from postproc.compensation.judgement.accuracy import better_figure
 from postproc.diagnostics import Finding, Matter
 from postproc.grouping import grouped
 from postproc.numbers import on_arm_text
-from postproc.report.blocks import Chart, DataTable, Document, Figure, Section, Values
+from postproc.report.blocks import Chart, DataTable, Document, Figure, Section, Values, attributes
 from postproc.report.drawing.charts import histogram
 from postproc.results.conversion import CORRECTED, made_section
 
@@ -54,12 +54,11 @@ def batch_document(
     # Before and after, where a line or an arc could be measured.
     measured = [task for task in tasks if AFTER in task.figures]
     worst = max(measured, key=_remains, default=None)
-    lengths = {
-        label: (kind, np.array([task.figures[key] for task in measured], dtype=float))
-        for label, key, kind in (("before", BEFORE, "was"), ("after", AFTER, "is"))
-    }
+    before, after = ([float(task.figures[key]) for task in measured] for key in MEASURED)
+    lengths = {"before": ("was", np.array(before)), "after": ("is", np.array(after))}
     chart = Chart(lambda: [histogram(lengths, "mm", "Each program, before and after")], 520)
     lent = [(name, finding.message) for name, finding in findings if finding.matter is Matter.READ_ALONG]
+    along = DataTable("read along", ("program", "what"), lent, range(min(MOST_SHOWN, len(lent))))
     return Document(
         title=f"postproc batch {name}",
         values=_values(batch, shard),
@@ -69,8 +68,8 @@ def batch_document(
             Figure("failed", count["failed"] or None),
             Figure("nothing to correct", count["unchanged"] or None),
             Figure("worst on the arm", worst and on_arm_text(worst.figures.get(ON_ARM))),
-            Figure("worst before", max((task.figures[BEFORE] for task in measured), default=None), "before"),
-            Figure("worst after", max((task.figures[AFTER] for task in measured), default=None), "after"),
+            Figure("worst before", max(before, default=None), "before"),
+            Figure("worst after", max(after, default=None), "after"),
             Figure("targets added", sum(task.figures["added_targets"] for task in measured)),
             Figure("beyond the tolerance somewhere", count["beyond_tolerance"] or None),
             Figure("done before", count["cached"] or None),
@@ -80,9 +79,7 @@ def batch_document(
             Section("Errors", [error_table]),
             _every_program(tasks, pages or {}),
             *([Section("Before and after", [chart])] if len(measured) > 1 else []),
-            Section(
-                "Read along", [DataTable("read along", ("program", "what"), lent, range(min(MOST_SHOWN, len(lent))))]
-            ),
+            Section("Read along", [along]),
             _warnings([(name, finding) for name, finding in findings if finding.severity == "warning"]),
             made_section(made or {}),
         ],
@@ -105,8 +102,7 @@ def _task_values(outcome: TaskOutcome) -> Values:
     """Return an entry of ``tasks`` of the document."""
     return {
         "name": outcome.task.name,
-        "status": outcome.status,
-        "cached": outcome.cached,
+        **attributes(outcome, "status", "cached"),
         "files": list(outcome.task.files),
         **({"page": outcome.page} if outcome.page else {}),
         **outcome.arm,
@@ -129,8 +125,8 @@ def _sentence(count: Mapping[str, int], worst: TaskOutcome | None, figures: Sequ
     text += f", {corrected} of {every} motion statements in them" if every else ""
     bare = sum(f.get("weld_statements", 0) > f.get("corrected_weld_statements", 0) == 0 for f in figures)
     text += f"; in {bare} of them no weld was corrected" if bare else ""
-    if failed := count["failed"]:
-        text += f"; {failed} failed and {'has' if failed == 1 else 'have'} no output"
+    failed = count["failed"]
+    text += f"; {failed} failed and {'has' if failed == 1 else 'have'} no output" if failed else ""
     if worst is None:
         return f"{text}."
     text += f"; the worst is `{worst.task.name}`: expected on the arm {on_arm_text(worst.figures.get(ON_ARM))}"

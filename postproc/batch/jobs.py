@@ -137,8 +137,8 @@ def _read_converter(settings: Settings, model: Model) -> Converter:
     code = [path.read_bytes() for path in sorted(Path(__file__).parents[1].rglob("*.py"))]
     shipped = [path.read_bytes() for path in sorted(resource("templates").rglob("*.*"))]
     stated = [_read(path) for path in (*settings.effects, *templates)]
-    names = [path.name for path in templates]
-    words = repr((replace(settings.options, template_dir=None), names, [_version(name) for name in LIBRARIES]))
+    versions, options = [_version(name) for name in LIBRARIES], replace(settings.options, template_dir=None)
+    words = repr((options, [path.name for path in templates], versions))
     pickled = pickle.dumps(model)
     sides = tuple(Source(str(path), _read(path), read_only=True) for path in settings.side_files)
     key = _digest([pickled, words.encode(), *stated, *shipped, *code])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from fnmatch import fnmatchcase
 from functools import cache
 from pathlib import Path, PurePosixPath
@@ -93,7 +93,8 @@ def _planned(source: Source, settings_at: SettingsAt, output: Path) -> BatchPlan
         source: the file. settings_at: returns the settings for programs in a folder. output: folder of the outputs.
 
     Raises:
-        PostprocError: BAT009, a key does not fit, or two jobs have the same task or file.
+        PostprocError: BAT009, a key does not fit, a pattern matches no task of its job, or two jobs have the same task
+            or file.
     """
     content = parse_toml(source, "BAT009")
     if "job" not in content and isinstance(content.get("effects"), dict):
@@ -106,7 +107,12 @@ def _planned(source: Source, settings_at: SettingsAt, output: Path) -> BatchPlan
     for index, job in enumerate(file.job):
         of_job, of_folder = _tasks(source, index, job, output)
         copies.update(of_folder)
-        patterns = _patterns(source, index, job, of_job)
+        prefix = "" if job.folder is None or Path(job.folder) == Path() else f"{Path(job.folder).as_posix()}/"
+        patterns = [prefix + name for name in job.only]
+        for name, pattern in zip(job.only, patterns, strict=True):
+            if name != "*" and not any(fnmatchcase(task.name, pattern) for task in of_job):
+                names = ", ".join(f"`{task.name[len(prefix) :]}`" for task in of_job[:10]) or "none"
+                raise _wrong(source, index, f"no task matches `{name}`", f"the tasks there: {names}", "only")
         for task in of_job:
             if job.files and task.name in tasks:
                 raise _wrong(source, index, f"there is a task `{task.name}` already", "give another `name`")
@@ -155,23 +161,6 @@ def _tasks(source: Source, index: int, job: _Job, output: Path) -> tuple[list[Ta
             raise _wrong(source, index, f"no file matches `{pattern}`", "paths start at the jobs file", "files")
         names += [name for name in matching if name not in names]
     return [Task(job.name or names[0], tuple(names), root)], []
-
-
-def _patterns(source: Source, index: int, job: _Job, tasks: Sequence[Task]) -> list[str]:
-    """Return the job's patterns of task names with its folder before them.
-
-    Args:
-        source: the jobs file. index: of the job in it. tasks: all of the job's folder.
-
-    Raises:
-        PostprocError: BAT009, a pattern matches none of them.
-    """
-    prefix = "" if job.folder is None or Path(job.folder) == Path() else f"{Path(job.folder).as_posix()}/"
-    for name in job.only:
-        if name != "*" and not any(fnmatchcase(task.name, prefix + name) for task in tasks):
-            names = ", ".join(f"`{task.name[len(prefix) :]}`" for task in tasks[:10]) or "none"
-            raise _wrong(source, index, f"no task matches `{name}`", f"the tasks there: {names}", "only")
-    return [prefix + name for name in job.only]
 
 
 def _settled(task: Task, settings_at: SettingsAt, *layers: tuple[Source, StatedJob]) -> Settings:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
@@ -19,6 +19,7 @@ from typing import IO
 from postproc.batch.values import TaskRecord
 from postproc.diagnostics import Diagnostic, Finding, Matter, PostprocError
 from postproc.files import read_file, real, stays_inside, why, write_atomically
+from postproc.grouping import grouped
 from postproc.tasks.discover import STATE
 
 COPIES = "copies-"  # begin of the name of a record of copied files
@@ -44,13 +45,9 @@ class OutputTree:
     copied: dict[str, str] = field(default_factory=dict)
 
     @cached_property
-    def written(self) -> Mapping[str, set[str]]:
+    def written(self) -> Mapping[str, Sequence[str]]:
         """SHA-256 hashes of what earlier runs wrote to each file, by its path in the tree."""
-        hashes: dict[str, set[str]] = {}
-        for record in self.before.values():
-            for path, hash_ in record.outputs.items():
-                hashes.setdefault(path, set()).add(hash_)
-        return hashes
+        return grouped(output for record in self.before.values() for output in record.outputs.items())
 
     def record_of(self, task: str) -> TaskRecord | None:
         """Return what this run recorded of a task, or else an earlier one."""
@@ -101,7 +98,7 @@ class OutputTree:
                 self.copied[path] = record.outputs[path]
 
     def close(self) -> None:
-        """TaskRecord the copies, and delete what earlier runs made of inputs that are gone."""
+        """Record the copies, and delete what earlier runs made of inputs that are gone."""
         copies = f"{COPIES}{self.part}.json"
         self.now[copies] = TaskRecord(self.part, copies, "unchanged", self.copied)
         self._write(f"{STATE}/{copies}", _encoded(self.now[copies]))
@@ -131,19 +128,17 @@ class OutputTree:
             in_way.append(path)
         for name in in_way:
             hash_ = _hash(self.root / name)
-            if hash_ is not None and hash_ not in self.written.get(name, set()):
+            if hash_ is not None and hash_ not in self.written.get(name, ()):
                 kept = f"{STATE}/edited/{hash_[:8]}/{name}"  # each edit by itself
                 self._write(kept, (self.root / name).read_bytes())
                 text = f"`{name}` was edited since a batch wrote it, and is written anew"
                 help_ = f"the edited file is kept as `{self.root / kept}`: make such changes in the input"
                 yield Diagnostic("BAT016", "warning", text, help=help_, matter=Matter.EDITED).finding
-        try:
+        with _writing(target):
             for name in in_way:
                 (self.root / name).unlink()
             if target.is_dir() and not target.is_symlink():
                 shutil.rmtree(target)  # empty folders
-        except OSError as error:
-            raise _not_written(target, error) from error
         self._write(path, data)
 
     def _write(self, path: str, data: bytes) -> None:
@@ -152,10 +147,8 @@ class OutputTree:
         Raises:
             PostprocError: BAT004, that fails.
         """
-        try:
+        with _writing(self.root / path):
             write_atomically(self.root / path, data, self.unfinished)
-        except OSError as error:
-            raise _not_written(self.root / path, error) from error
 
     def _remove(self, record: TaskRecord | None) -> None:
         """Delete the files of a record that nothing claims and nobody edited, and folders that become empty."""
@@ -178,21 +171,17 @@ def open_tree(root: Path, part: str) -> Iterator[OutputTree]:
         PostprocError: BAT003 another run owns it, BAT004 it cannot be written.
     """
     unfinished = root / STATE / f"{part}.unfinished"
-    try:
+    with _writing(root):
         unfinished.mkdir(parents=True, exist_ok=True)
         lock = (root / STATE / f"{part}.lock").open("ab")
-    except OSError as error:
-        raise _not_written(root, error) from error
     with lock:
         if not _is_locked(lock):
             text = f"another batch is writing in `{root}`"
             raise PostprocError.of("BAT003", text, help="wait for it, or give each run its own -o")
         shutil.rmtree(unfinished, ignore_errors=True)
-        try:
+        with _writing(root / STATE):
             unfinished.mkdir()
             records = dict(_read_records(root / STATE))
-        except OSError as error:
-            raise _not_written(root / STATE, error) from error
         yield OutputTree(root, part, unfinished, records)
         shutil.rmtree(unfinished, ignore_errors=True)
 
@@ -231,10 +220,14 @@ def _file_of(task: str) -> str:
     return f"{sha256(task.encode('utf-8', 'surrogateescape')).hexdigest()[:32]}.json"
 
 
-def _not_written(path: Path, error: OSError) -> PostprocError:
-    """Return the error BAT004 about a path."""
-    reason, help_ = why(error)
-    return PostprocError.of("BAT004", f"cannot write `{path}`: {reason}", help=help_)
+@contextmanager
+def _writing(path: Path) -> Iterator[None]:
+    """Raise the error BAT004 about a path where something in it cannot be written."""
+    try:
+        yield
+    except OSError as error:
+        reason, help_ = why(error)
+        raise PostprocError.of("BAT004", f"cannot write `{path}`: {reason}", help=help_) from error
 
 
 def _is_file(path: Path) -> bool:

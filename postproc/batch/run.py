@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 from pathlib import PurePosixPath
 
 from postproc.batch.executors import Pool, run_jobs
@@ -35,8 +34,8 @@ def run_batch(ready: Ready, pool: Pool, tell: Callable[[TaskOutcome], None]) -> 
         findings += [with_file_nearby(finding, one.task.paths) for finding in record.findings]
         known = one.converter if isinstance(one.converter, Converter) else None
         arm = known.settings.document(known.robot.name) if known is not None else {}
-        outcome = TaskOutcome(one.task, record.status, cached, record.figures, (*findings, *edited), arm)
-        outcomes.append(replace(outcome, page=page) if page in record.outputs else outcome)
+        shown = page if page in record.outputs else None
+        outcomes.append(TaskOutcome(one.task, record.status, cached, record.figures, (*findings, *edited), arm, shown))
         tell(outcomes[-1])
 
     with open_tree(ready.out, ready.shard.part) as tree:

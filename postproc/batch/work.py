@@ -22,14 +22,8 @@ if TYPE_CHECKING:
     from postproc.model.arm import Model
 
 FIGURES = (
-    "added_targets",
-    "unproved_statements",
-    "cycle_time_s",
-    "weld_statements",
-    "corrected_weld_statements",
-    "rigid_shift",
-    "expected_remaining_fraction",
-    "expected_remaining_fraction_after_gauge",
+    *("added_targets", "unproved_statements", "cycle_time_s", "weld_statements", "corrected_weld_statements"),
+    *("rigid_shift", "expected_remaining_fraction", "expected_remaining_fraction_after_gauge"),
 )
 
 

@@ -166,11 +166,9 @@ class JudgedProgram:
         """
         if self.lines == self.unmeasured or (self.scatter is None and self.accuracy is None):
             return None
-        known, nothing = self.figures, (0.0, 0.0)
-        before = known.before if known.arc_before is None else known.arc_before
-        after = known.after if known.arc is None else known.arc
-        shares = nothing if self.scatter is None else self.scatter.of_estimate
-        errors = nothing if self.accuracy is None else self.accuracy.interval
+        before, after = self.figures.counting
+        shares = (0.0, 0.0) if self.scatter is None else self.scatter.of_estimate
+        errors = (0.0, 0.0) if self.accuracy is None else self.accuracy.interval
         return [mm(hypot(after, s * before, e), 3) for s, e in zip(shares, errors, strict=True)]
 
     def remaining_values(self) -> dict[str, list[float] | None]:

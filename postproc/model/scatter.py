@@ -105,22 +105,26 @@ def scatter_of(model: Model, state: State, known: Array | None = None, weights: 
         known: (12, 12) covariance of the logarithms of f and g; None for `scatter_covariance`.
         weights: False counts the deflection by stated loads alone, without that by the weights of the links.
     """
-    from scipy.stats import norm, qmc
-
     parts = deflection_shares(model, state)
     parts[:, :6] *= weights
     gram = (flat := parts.reshape(42, -1)) @ flat.T
     if not gram.any():
         return Scatter((0.0, 0.0), (0.0, 0.0))
     size, turned = np.linalg.eigh(scatter_covariance(model) if known is None else known)
-    normal = norm.ppf(qmc.Sobol(12, rng=np.random.default_rng(0)).random(DRAWS))
-    drawn = np.exp(normal @ (turned * np.sqrt(np.maximum(size, 0.0))) @ turned.T)
+    drawn = np.exp(normal_draws(12) @ (turned * np.sqrt(np.maximum(size, 0.0))) @ turned.T)
     sources = np.column_stack([drawn[:, 6:], np.ones(DRAWS)])
     a = (drawn[:, :6, None] * sources[:, None, :]).reshape(DRAWS, -1)
     remaining, full = (np.einsum("kp,pq,kq->k", x, gram, x, optimize=True) for x in (a - 1.0, a))
     shares = np.sqrt(np.maximum(remaining, 0.0) / [full, np.full(DRAWS, gram.sum())])
     (low, high), (least, most) = np.quantile(shares, QUANTILES, axis=1).T.tolist()
     return Scatter((low, high), (least, most))
+
+
+def normal_draws(count: int) -> Array:
+    """Return `DRAWS` standard normal draws of so many numbers: a scrambled Sobol sequence, the same every time."""
+    from scipy.stats import norm, qmc
+
+    return np.asarray(norm.ppf(qmc.Sobol(count, rng=np.random.default_rng(0)).random(DRAWS)))
 
 
 def deflection_shares(model: Model, state: State) -> Array:
@@ -142,9 +146,7 @@ def deflection_shares(model: Model, state: State) -> Array:
 
 def _torques(model: Model, state: State) -> Array:
     """Return the joint torques (n, 6) [N m] of the undeflected arm."""
-    loads = loaded_state(model, state, Deflection(np.zeros((len(state), 6)), {}, None, None), ()).joint_load
-    assert loads is not None
-    return loads
+    return np.asarray(loaded_state(model, state, Deflection(np.zeros((len(state), 6)), {}, None, None), ()).joint_load)
 
 
 def _only(model: Model, body: int) -> Model:

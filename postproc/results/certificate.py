@@ -19,6 +19,8 @@ COMPUTED = (
     "read back. They are no measurement of this arm."
 )
 Row = tuple[object, ...]
+NOT_SAFE = "The program is not safe to compensate; no corrected program was written."
+RUN_TIME_ONLY = "Its targets are corrected on the controller, where alone they are known: nothing could be measured."
 BY_HAND = "Required figures are filled in by hand where the contract states them."
 
 
@@ -41,15 +43,11 @@ def program_certificate(name: str, conversion: Conversion, made: Mapping[str, st
         name: of the program. made: what it was converted with (model, loads, options) as label and text.
     """
     document, made = plain(conversion.report), made or {}
-    facts = [("program", name)]
-    facts += [(f"{key} file, SHA-256", digest) for key, digest in _digests(conversion)]
+    facts = [("program", name), *_digests(conversion)]
+    title = f"Acceptance of {name}"
     if conversion.plan is None:
-        sentence = "The program is not safe to compensate; no corrected program was written."
-        if conversion.module is not None:
-            sentence = (
-                "Its targets are corrected on the controller, where alone they are known: nothing could be measured."
-            )
-        return _certificate(f"Acceptance of {name}", Verdict.NOT_KEPT, sentence, document, facts=facts, basis=COMPUTED)
+        sentence = NOT_SAFE if conversion.module is None else RUN_TIME_ONLY
+        return _certificate(title, Verdict.NOT_KEPT, sentence, document, [_examined(facts)])
     tolerance, air = document["tolerance_mm"], document["air_tolerance_mm"]
     words = {True: "kept", False: "not kept"}
     seams: list[Row] = []
@@ -67,8 +65,8 @@ def program_certificate(name: str, conversion: Conversion, made: Mapping[str, st
     for key, what in (("max_transient_mm", "while the speed changes"), ("max_transition_mm", "where the load changes")):
         path.append((what, "", f"{document[key]:.3f}", "", ""))
     if drawn := document["from_programmed_path"]:
-        fell = _fall(drawn["before_mm"], drawn["after_mm"])
-        path.append(("from the path in the program's numbers, as its work object was taught", *fell, "", ""))
+        what = "from the path in the program's numbers, as its work object was taught"
+        path.append((what, *_fall(drawn["before_mm"], drawn["after_mm"]), "", ""))
     columns = ("", "before [mm]", "after [mm]", "required [mm]", "result")
     parts = [_part("Path accuracy, after ISO 9283, in the model", columns, path)]
     if seams:
@@ -82,7 +80,7 @@ def program_certificate(name: str, conversion: Conversion, made: Mapping[str, st
     verdict, sure = _on_the_arm(document, kept)
     expected = on_arm_text(document["expected_on_arm_mm"])
     text = f"Expected on the arm {main_figures(document)[2]}: {expected}. In the model: {sentence} {sure}"
-    return _certificate(f"Acceptance of {name}", verdict, text, document, facts=facts, parts=parts, basis=COMPUTED)
+    return _certificate(title, verdict, text, document, [_examined(facts), *parts])
 
 
 def _on_the_arm(document: Values, kept: bool) -> tuple[Verdict, str]:
@@ -112,47 +110,36 @@ def arm_certificate(name: str, comparison: Comparison) -> Document:
     shown = comparison_document(name, comparison)
     document = plain(shown.values)
     kind, data = comparison.fit.observed, comparison.fit.data
-    within = document[kind.key("percentiles")]
+    mean, within, largest, noise = (document[kind.key(key)] for key in ("mean", "percentiles", "maximum", "noise"))
     figures = [
         *iso_figures(document),
-        ("mean distance from the model", document[kind.key("mean")]),
-        ("95 % of the poses are within", within["95"]),
-        ("largest distance from the model", document[kind.key("maximum")]),
+        *(("mean distance from the model", mean), ("95 % of the poses are within", within["95"])),
+        ("largest distance from the model", largest),
     ]
-    noise = document[kind.key("noise")]
-    facts = [
-        ("model and measurements", name),
-        ("arm", comparison.fit.model.robot.name),
-        ("rows", str(len(data))),
-        (f"noise per {kind.each}", "not known" if noise is None else f"{noise:.3f} {kind.unit}"),
-    ]
+    facts = [("model and measurements", name), ("arm", comparison.fit.model.robot.name), ("rows", str(len(data)))]
+    facts.append((f"noise per {kind.each}", "not known" if noise is None else f"{noise:.3f} {kind.unit}"))
     rows = [(what, "" if value is None else f"{value:.3f}", "", "") for what, value in figures]
     columns = ("figure", f"found [{kind.unit}]", f"required [{kind.unit}]", "accepted")
-    parts = [_part("Pose accuracy and repeatability after ISO 9283", columns, rows, BY_HAND)]
-    return _certificate("Accuracy of an arm", None, shown.sentence, document, facts=facts, parts=parts)
+    part = _part("Pose accuracy and repeatability after ISO 9283", columns, rows, BY_HAND)
+    return _certificate("Accuracy of an arm", None, shown.sentence, document, [_examined(facts), part])
 
 
 def _certificate(
-    title: str,
-    verdict: Verdict | None,
-    sentence: str,
-    values: Values,
-    *,
-    facts: Sequence[tuple[str, str]],
-    parts: Sequence[Section] = (),
-    basis: str = "",
+    title: str, verdict: Verdict | None, sentence: str, values: Values, sections: Sequence[Section]
 ) -> Document:
     """Assemble a certificate; it is "good" where the verdict is that the tolerance is kept on the arm.
 
     Args:
-        verdict: None where it is left to who signs. facts: what was examined, as (what, with).
-        parts: its tables. basis: what the figures rest on.
+        verdict: of what is computed; None where it is left to who signs. sections: its tables.
     """
     figure = Figure("verdict", "" if verdict is None else verdict.value, "good" if verdict is Verdict.KEPT else "bad")
-    examined = _part("what was examined", ("what", "with"), facts)
-    return Document(
-        title=title, values=values, sentence=sentence, figures=[figure], basis=basis, sections=[examined, *parts]
-    )
+    basis = "" if verdict is None else COMPUTED
+    return Document(title=title, values=values, sentence=sentence, figures=[figure], basis=basis, sections=sections)
+
+
+def _examined(facts: Sequence[tuple[str, str]]) -> Section:
+    """Return the section on what was examined, as (what, with)."""
+    return _part("what was examined", ("what", "with"), facts)
 
 
 def _part(title: str, columns: Sequence[str], rows: Sequence[Row], note: str = "") -> Section:
@@ -165,15 +152,13 @@ def _part(title: str, columns: Sequence[str], rows: Sequence[Row], note: str = "
 
 
 def _digests(conversion: Conversion) -> list[tuple[str, str]]:
-    """Return rows (``original`` or ``corrected``, SHA-256 of the file); if there are several, also with the path."""
+    """Return rows (original or corrected file, its SHA-256); if there are several, also with the path."""
     sources = {o.statement.source.path: o.statement.source.data for o in conversion.outcomes}
-    several = len(sources) > 1
     rows = []
     for path, data in sources.items():
-        part = f" {path}" if several else ""
-        rows.append((f"original{part}", sha256(data).hexdigest()))
-        if path in conversion.outputs:
-            rows.append((f"corrected{part}", sha256(conversion.outputs[path]).hexdigest()))
+        files = {"original": data} | ({"corrected": conversion.outputs[path]} if path in conversion.outputs else {})
+        part = f" {path}" if len(sources) > 1 else ""
+        rows += [(f"{kind}{part} file, SHA-256", sha256(content).hexdigest()) for kind, content in files.items()]
     return rows
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -19,6 +19,7 @@ from postproc.effects.registry import effect_library
 from postproc.model.undetermined import PULLING_POSES, Undetermined
 from postproc.numbers import mm, on_arm_text
 from postproc.report.blocks import DataTable, Document, Figure, Scene, Section, Values, View, attributes
+from postproc.report.drawing.path import path_data
 from postproc.results.wording import in_words, readable, with_sigma
 from postproc.results.work_objects import from_programmed_path, rigid_shift_values, work_object_section
 
@@ -34,22 +35,18 @@ IN_SPACE_NOTE = (
 CHECKED = "What `compensate` found with the function on targets of its region; lengths in mm."
 JOINTS_NOTE = "Torques of a rigid arm, under its own weight and the loads."
 FINDING_COLUMNS = ("line", "severity", "code", "what", "what to do")
+FINDING_KEYS = ("line", "severity", "code", "message", "help")
 STATEMENT = ("line", "routine", "instruction", "status", "reason")
 MATTERING_SHARE = 0.3
 """Share of the stated distance above which what no row has told is said."""
 LEAST_M = 5e-5  # of the distance that is said
 LONG_S = 7200.0  # from here on hours are told
+DEVIATIONS = {"error_before": "before", "error_after": "after", "arc_error_before": "arc_before"}
+DEVIATIONS |= {"arc_error_after": "arc"} | {key: key for key in ("transition", "transient", "joint_move")}
+"""Largest deviations of a document by the attributes of `PathFigures`."""
 CORRECTED = ("compensated", "run_time")  # status of statements that are corrected
-SEAM = {
-    "name": "seam",
-    "line_from": "from line",
-    "line_to": "to line",
-    "length_mm": "length [mm]",
-    "before_mm": "before [mm]",
-    "after_mm": "after [mm]",
-    "added_targets": "added",
-    "left": "left",
-}
+SEAM = {"name": "seam", "line_from": "from line", "line_to": "to line", "length_mm": "length [mm]"}
+SEAM |= {"before_mm": "before [mm]", "after_mm": "after [mm]", "added_targets": "added", "left": "left"}
 
 
 def conversion_document(name: str, conversion: Conversion, made: Mapping[str, str] | None = None) -> Document:
@@ -59,16 +56,14 @@ def conversion_document(name: str, conversion: Conversion, made: Mapping[str, st
         name: of the program. made: what it was converted with (model, loads, options) as label and text.
     """
     values, moved = conversion.report, conversion.plan is not None
-    findings = [[d[key] for key in ("line", "severity", "code", "message", "help")] for d in values["diagnostics"]]
-    seams = [[seam[key] for key in SEAM] for seam in values.get("welds", ())]
+    findings, seams, statements = (
+        [[row[key] for key in keys] for row in values.get(name, ())]
+        for name, keys in (("diagnostics", FINDING_KEYS), ("welds", SEAM), ("statements", STATEMENT))
+    )
     of_seams = DataTable("seams", list(SEAM.values()), seams, view="seams")
-    statements = [[row[key] for key in STATEMENT] for row in values["statements"]]
     shown = "statements" if moved else ""  # a page shows them beside its picture of the path
-    checked = [
-        (key.removesuffix("_mm").replace("_", " "), value)
-        for key, value in (values.get("run_time") or {}).items()
-        if value is not None
-    ]
+    run_time = {key: value for key, value in (values.get("run_time") or {}).items() if value is not None}
+    checked = [(key.removesuffix("_mm").replace("_", " "), value) for key, value in run_time.items()]
     facts = {**({"arm": values["robot"]} if moved else {}), **(made or {})}
     return Document(
         title=f"postproc compensate {name}",
@@ -87,7 +82,7 @@ def conversion_document(name: str, conversion: Conversion, made: Mapping[str, st
             Section("Corrected on the controller", [DataTable("run time", ("what", "value"), checked)], CHECKED),
             made_section(facts),
         ],
-        scene=Scene("path", lambda: _path(conversion)) if moved else None,
+        scene=Scene("path", lambda: path_data(conversion)) if moved else None,
     )
 
 
@@ -102,28 +97,15 @@ def conversion_values(conversion: Conversion) -> dict[str, Any]:
     sure = accuracy and {
         "sigma_mm": _mm(accuracy.sigma),
         "within_95_percent_mm": _mm(accuracy.within_95),
-        "sigma_parts_mm": {
-            **{part: _mm(x) for part, x in zip(("parameters", "unexplained"), accuracy.parts, strict=True)},
-            "noise": model.fit.get("noise_mm"),
-        },
-    }
-    drawn = judged.drawn  # where the arc burns, if it does, else along lines
-    programmed = drawn and {
-        "before_mm": _mm(drawn.before if drawn.arc_before is None else drawn.arc_before),
-        "after_mm": _mm(drawn.after if drawn.arc is None else drawn.arc),
+        "sigma_parts_mm": _lengths(("parameters", "unexplained"), accuracy.parts)
+        | {"noise": model.fit.get("noise_mm")},
     }
     return {
         "schema": CONVERSION_SCHEMA,
         "tool": __version__,
         "robot": model.robot.name,
         "statements": [*map(_statement_values, judged.outcomes)],
-        "max_error_before_mm": _mm(figures.before),
-        "max_error_after_mm": _mm(figures.after),
-        "max_arc_error_before_mm": None if figures.arc_before is None else _mm(figures.arc_before),
-        "max_arc_error_after_mm": None if figures.arc is None else _mm(figures.arc),
-        "max_transition_mm": _mm(figures.transition),
-        "max_transient_mm": _mm(figures.transient),
-        "max_joint_move_mm": _mm(figures.joint_move),
+        **{f"max_{key}_mm": _mm(getattr(figures, name)) for key, name in DEVIATIONS.items()},
         "tolerance_mm": _mm(judged.options.tolerance_m),
         "air_tolerance_mm": _mm(judged.air_tolerance_m),
         "scope": judged.options.scope,
@@ -144,7 +126,7 @@ def conversion_values(conversion: Conversion) -> dict[str, Any]:
         **judged.remaining_values(),
         "run_time": judged.run_time and asdict(judged.run_time),
         "rigid_shift": [*map(rigid_shift_values, judged.shifts)],
-        "from_programmed_path": programmed,
+        "from_programmed_path": judged.drawn and _lengths(("before_mm", "after_mm"), judged.drawn.counting),
     }
 
 
@@ -172,9 +154,14 @@ def _seam_values(seam: Seam) -> Values:
     }
 
 
-def _mm(value: float) -> float:
-    """Convert metres to millimetres with five decimals, two more than RAPID text has."""
-    return mm(value, 5)
+def _mm(value: float | None) -> float | None:
+    """Convert metres to millimetres with five decimals, two more than RAPID text has; None stays None."""
+    return None if value is None else mm(value, 5)
+
+
+def _lengths(keys: Sequence[str], values: Sequence[float]) -> dict[str, Any]:
+    """Return lengths [m] in millimetres by their keys."""
+    return dict(zip(keys, map(_mm, values), strict=True))
 
 
 def made_section(made: Mapping[str, str]) -> Section:
@@ -187,13 +174,6 @@ def made_section(made: Mapping[str, str]) -> Section:
     return Section("How this was made", [DataTable("how this was made", ("what", "with"), rows, brief=())], folded=True)
 
 
-def _path(conversion: Conversion) -> Values:
-    """Return the numbers from which a page draws the path of a conversion that has a plan."""
-    from postproc.report.drawing.path import path_data
-
-    return path_data(conversion)
-
-
 def _figures(values: Values) -> list[Figure]:
     """Return four figures: deviation expected on the arm, before and after in the model, and statements by status.
 
@@ -202,7 +182,7 @@ def _figures(values: Values) -> list[Figure]:
     """
     before, after, where = main_figures(values) if values["measured_statements"] else (None, None, "")
     words = {"compensated": "corrected", "run_time": "at run time", "unchanged": "unchanged"}
-    counts = _counts(values)
+    counts = Counter(row["status"] for row in values["statements"])
     statuses = [f"{counts[status]} {word}" for status, word in words.items() if counts[status]]
     return [
         Figure(f"expected on the arm, {where}", on_arm_text(values["expected_on_arm_mm"]) if where else None),
@@ -210,11 +190,6 @@ def _figures(values: Values) -> list[Figure]:
         Figure(f"after in the model, {where}", after, "after"),
         Figure("motion statements", ", ".join([*statuses, f"{counts['skipped']} left"])),
     ]
-
-
-def _counts(values: Values) -> Counter[str]:
-    """Return the numbers of statements of a document by status."""
-    return Counter(row["status"] for row in values["statements"])
 
 
 def _basis(conversion: Conversion, made: Mapping[str, str]) -> str:
@@ -225,13 +200,10 @@ def _basis(conversion: Conversion, made: Mapping[str, str]) -> str:
     """
     values = conversion.report
     known = values["expected_accuracy"]
-    sure = (
-        f"the fitted model itself is sure to {known['within_95_percent_mm']:.3f} mm (95 %)"
-        if known
-        else unknown_accuracy(conversion.diagnostics, values["expected_remaining_fraction"] is not None)
-    )
-    before, after = values["max_error_before_mm"], values["max_error_after_mm"]
-    air = [f"with moves in the air {after:.3f} mm of {before:.3f} mm remain"]
+    sure = unknown_accuracy(conversion.diagnostics, values["expected_remaining_fraction"] is not None)
+    if known:
+        sure = f"the fitted model itself is sure to {known['within_95_percent_mm']:.3f} mm (95 %)"
+    air = "with moves in the air {max_error_after_mm:.3f} mm of {max_error_before_mm:.3f} mm remain"
     seconds = values["cycle_time_s"]
     parts = [
         f"Arm `{values['robot']}`" + (f", {made['model']}" if "model" in made else ""),
@@ -240,7 +212,7 @@ def _basis(conversion: Conversion, made: Mapping[str, str]) -> str:
         f"{values['added_targets']} target{'s' * (values['added_targets'] != 1)} added",
         *_confdata(values),
         "cycle time " + (f"{seconds:.1f} s" if seconds < LONG_S else f"{seconds / 3600:.1f} h"),
-        *(air if values["max_arc_error_after_mm"] is not None else []),
+        *([air.format(**values)] if values["max_arc_error_after_mm"] is not None else []),
         sure,
     ]
     accuracy = None if conversion.judged is None else conversion.judged.accuracy
@@ -291,12 +263,10 @@ def _outcome_text(conversion: Conversion) -> str:
         return "The program is not safe to compensate; no program was written."
     if conversion.plan is None and conversion.module is None:
         return "Nothing moves: the program is written as it is."
-    counts = _counts(values)
+    counts = Counter(row["status"] for row in values["statements"])
     through, corrected = counts["run_time"], counts["compensated"]
-    what = "1 motion statement is" if through == 1 else f"{through} motion statements are"
-    on_controller = (
-        f"{what} corrected on the controller, where {'its' if through == 1 else 'their'} targets become known."
-    )
+    what, whose = ("1 motion statement is", "its") if through == 1 else (f"{through} motion statements are", "their")
+    on_controller = f"{what} corrected on the controller, where {whose} targets become known."
     if through and not (corrected and values["measured_statements"]):
         return f"{on_controller}{_unmeasured(values)}"
     if not corrected:
@@ -308,9 +278,8 @@ def _outcome_text(conversion: Conversion) -> str:
     fell += f"the model{' at steady speed' if unsteady else ''}, where there were {before:.3f} mm"
     fell += f"{'; up to ' * bool(unsteady)}{' and '.join(unsteady)}."
     if not values["measured_statements"]:
-        fell = (
-            f"{corrected} statement{'s are' if corrected > 1 else ' is'} corrected; no line or arc could be measured."
-        )
+        what = "statements are" if corrected > 1 else "statement is"
+        fell = f"{corrected} {what} corrected; no line or arc could be measured."
     count = values["unproved_statements"]
     doubt = f" {count} of these statements also run where they cannot be followed: what remains there is not proved."
     better = better_figure(values)
@@ -343,19 +312,15 @@ def main_figures(values: Values) -> tuple[float, float, str]:
 
 def undetermined_values(known: Undetermined | None) -> Values:
     """Return the entries ``undetermined_under_load_mm`` and ``undetermined_parameter`` of a conversion's document."""
-    if known is None:
-        return {"undetermined_under_load_mm": 0.0, "undetermined_parameter": None}
-    return {
-        "undetermined_under_load_mm": mm(known.within_95),
-        "undetermined_parameter": {
-            "parameter": known.name,
-            "value": known.value,
-            "sigma": known.sigma,
-            "within_95_percent_mm": mm(known.largest),
-            "pull": [] if known.pull is None else known.pull.tolist(),
-            "pull_shows_mm": mm(known.told),
-        },
+    parameter = known and {
+        "parameter": known.name,
+        **attributes(known, "value", "sigma"),
+        "within_95_percent_mm": mm(known.largest),
+        "pull": [] if known.pull is None else known.pull.tolist(),
+        "pull_shows_mm": mm(known.told),
     }
+    within = 0.0 if known is None else mm(known.within_95)
+    return {"undetermined_under_load_mm": within, "undetermined_parameter": parameter}
 
 
 def undetermined_text(accuracy: Accuracy) -> str:
@@ -368,10 +333,8 @@ def undetermined_text(accuracy: Accuracy) -> str:
     if known is None or known.within_95 < max(LEAST_M, MATTERING_SHARE * accuracy.within_95):
         return ""
     alone = "" if known.largest > 0.99 * known.within_95 else f", {1e3 * known.largest:.2f} mm by it alone"
-    return (
-        f" Of that, {1e3 * known.within_95:.2f} mm are open under these loads because the measured rows say little of "
-        f"{_parameter_text(known)}{alone}. {_pull_text(known)}"
-    )
+    why = f"because the measured rows say little of {_parameter_text(known)}{alone}"
+    return f" Of that, {1e3 * known.within_95:.2f} mm are open under these loads {why}. {_pull_text(known)}"
 
 
 def _parameter_text(known: Undetermined) -> str:
@@ -391,8 +354,5 @@ def _pull_text(known: Undetermined) -> str:
     axis = int(np.argmax(known.pull))
     size, way = known.pull[axis], "xyz"[axis % 3]
     how = f"pull with {size:.0f} N along {way}" if axis < 3 else f"turn with {size:.0f} N m about {way}"
-    return (
-        f"To tell it, {how} of the base at {PULLING_POSES} poses of the program, "
-        "measure with and without, and fit again: "
-        f"the TCP moves by {1e3 * known.told:.2f} mm for each standard deviation."
-    )
+    where = f"of the base at {PULLING_POSES} poses of the program, measure with and without, and fit again"
+    return f"To tell it, {how} {where}: the TCP moves by {1e3 * known.told:.2f} mm for each standard deviation."

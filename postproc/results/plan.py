@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
 from postproc.diagnostics import joined
@@ -26,13 +27,8 @@ def plan_document(name: str, plan: MeasuringPlan) -> Document:
         rows = [(_poses(other), _share(other.promise)) for other in plan.alternatives]
         columns = ("measured", "simulated tables that tell them apart")
         sections = [Section("What else was simulated", [DataTable("alternatives", columns, rows)], STOPPED)]
-    return Document(
-        title=f"postproc plan {name}",
-        values=plan_values(plan),
-        sentence=plan_sentence(plan),
-        figures=figures,
-        sections=sections,
-    )
+    title, values, sentence = f"postproc plan {name}", plan_values(plan), plan_sentence(plan)
+    return Document(title=title, values=values, sentence=sentence, figures=figures, sections=sections)
 
 
 def plan_values(plan: MeasuringPlan) -> dict[str, Any]:
@@ -42,14 +38,9 @@ def plan_values(plan: MeasuringPlan) -> dict[str, Any]:
         "poses": len(plan.state),
         "between": None if plan.between is None else list(plan.between),
         "told_apart": plan.resolved,
-        "promise": None if plan.promise is None else _promise_values(plan.promise),
+        "promise": None if plan.promise is None else asdict(plan.promise),
         "alternatives": [
-            {
-                "poses": a.poses,
-                "payloads_kg": list(a.payloads),
-                "force_N": round(a.force, 1),
-                **_promise_values(a.promise),
-            }
+            {"poses": a.poses, "payloads_kg": list(a.payloads), "force_N": round(a.force, 1)} | asdict(a.promise)
             for a in plan.alternatives
         ],
         "before": round(plan.before, 3),
@@ -64,11 +55,8 @@ def plan_sentence(plan: MeasuringPlan) -> str:
     n = len(plan.state)
     if plan.between is not None and plan.promise is not None:
         return _promised(plan, plan.promise, plan.between)
-    never = (
-        f" No pose determines {parameters_text(plan.fit, plan.never)}: others do the same, or no load moves them."
-        if plan.never
-        else ""
-    )
+    never = f" No pose determines {parameters_text(plan.fit, plan.never)}: others do the same, or no load moves them."
+    never *= bool(plan.never)
     if not plan.worst:
         return f"The data so far determines what poses can determine.{never}"
     hardly = " More than 1 is as good as unknown: little moves there on any pose." if plan.after > 1.0 else ""
@@ -84,14 +72,11 @@ def _promised(plan: MeasuringPlan, promise: Promise, pair: tuple[str, str]) -> s
     Args:
         promise: of the plan; pair: keys of the two effects.
     """
-    a, b = pair
-    promised = (
-        f"With these {len(plan.state)} poses {_share(promise)} simulated tables would tell `{a}` and `{b}` apart, as "
-        "`diagnose` does"
-    )
-    approach = "Approach every joint from the stated side and wait a second."
+    both, approach = "`{}` and `{}`".format(*pair), "Approach every joint from the stated side and wait a second."
+    promised = f"With these {len(plan.state)} poses {_share(promise)} simulated tables would tell {both} apart, as "
+    promised += "`diagnose` does"
     if plan.resolved:
-        return f"The data so far tells `{a}` and `{b}` apart already. {promised}. {approach}"
+        return f"The data so far tells {both} apart already. {promised}. {approach}"
     if promise.enough:
         return f"{promised}: enough. {approach}"
     works = next((other for other in plan.alternatives if other.promise.enough), None)
@@ -104,11 +89,6 @@ def _promised(plan: MeasuringPlan, promise: Promise, pair: tuple[str, str]) -> s
 def _share(promise: Promise) -> str:
     """Return a promise in words: ``18 of 20``."""
     return f"{promise.told_apart} of {promise.tables}"
-
-
-def _promise_values(promise: Promise) -> dict[str, int]:
-    """Return a promise as it stands in the document."""
-    return {"tables": promise.tables, "told_apart": promise.told_apart}
 
 
 def _poses(other: Alternative) -> str:

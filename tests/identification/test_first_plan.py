@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from postproc.identification.planning.design import choose
-from postproc.identification.planning.setups import SHOP, Asked, SetupPlan, plan_setups
+from postproc.identification.planning.setups import SHOP, Request, SetupPlan, plan_setups
 from postproc.identification.planning.table import setups_csv
 from postproc.model.arm import Model
 from postproc.render.measuring import setups_module
@@ -25,7 +25,7 @@ ARM, TOOL = "irb4600_60_205", shift(z=0.3)
 
 def planned(kind: str, count: int = 12, robot: str = ARM, **asked: float) -> SetupPlan:
     """A plan for an arm of the library with a tool of 0.3 m."""
-    return plan_setups(Model(load_robot(robot), T_flange_tcp=TOOL, robot_name=robot), Asked(kind, **asked), count)
+    return plan_setups(Model(load_robot(robot), T_flange_tcp=TOOL, robot_name=robot), Request(kind, **asked), count)
 
 
 def rows(plan: SetupPlan) -> list[dict[str, str]]:
@@ -105,11 +105,16 @@ def test_measurements_narrow_what_is_expected_to_remain():
         planned("gauge", load=30.0),
         planned("gauge", load=30.0, pull=200),
     )
-    assert few.before == many.before and many.after[1] < few.after[1] < 0.5 * few.before[1]
-    assert many.load_after[1] < 0.1 < 0.25 < many.load_before[1]
-    assert pulled.load_after[1] < 0.1
+    assert (
+        few.remaining["before"] == many.remaining["before"]
+        and many.remaining["after"][1] < few.remaining["after"][1] < 0.5 * few.remaining["before"][1]
+    )
+    assert many.remaining["of_loads_after"][1] < 0.1 < 0.25 < many.remaining["of_loads_before"][1]
+    assert pulled.remaining["of_loads_after"][1] < 0.1
     unsure = planned("gauge", robot="irb4600_40_255", load=30.0)
-    assert unsure.load_after[1] < 0.1 < 0.2 < unsure.after[1] < unsure.before[1]  # nobody weighed its links
+    assert (
+        unsure.remaining["of_loads_after"][1] < 0.1 < 0.2 < unsure.remaining["after"][1] < unsure.remaining["before"][1]
+    )  # nobody weighed its links
 
 
 def test_where_no_gauge_can_be_read_that_is_said():

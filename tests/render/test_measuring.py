@@ -7,6 +7,7 @@ import re
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.channels.state import State
 from postproc.rapid.data.records import JointTarget
 from postproc.rapid.execution.walk import walk
 from postproc.render.measuring import measuring_module
@@ -29,7 +30,7 @@ def test_every_pose_is_reached_from_its_side_and_loads_are_changed_once() -> Non
     q = rng.uniform(ROBOT.lower, ROBOT.upper, (8, 6))
     side = rng.choice([-1.0, 0.0, 1.0], (8, 6))
     labels = [f"N{i}" for i in range(8)]
-    text = measuring_module(ROBOT, q, side, labels, "poses.csv", payload_kg=np.array([30.0, 5.0] * 4))
+    text = measuring_module(ROBOT, State(q, approach=side, payload_mass=np.array([30.0, 5.0] * 4)), labels, "poses.csv")
     joints, order = visited(text), [1, 3, 5, 7, 0, 2, 4, 6]
     travel = joints[1::2] - joints[0::2]
     np.testing.assert_allclose(joints[1::2], q[order], atol=np.radians(1e-4))
@@ -40,5 +41,5 @@ def test_every_pose_is_reached_from_its_side_and_loads_are_changed_once() -> Non
 
 
 def test_poses_near_a_limit_stay_inside() -> None:
-    text = measuring_module(ROBOT, ROBOT.upper[None], -np.ones((1, 6)), ["N1"], "poses.csv")
+    text = measuring_module(ROBOT, State(ROBOT.upper[None], approach=-np.ones((1, 6))), ["N1"], "poses.csv")
     assert len(visited(text)) == 2 and (visited(text) <= ROBOT.upper + 1e-9).all() and b"mount" not in text

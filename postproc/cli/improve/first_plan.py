@@ -61,7 +61,7 @@ def plan_first(
         PostprocError: CLI017 where the options say too little, or a load that is too heavy.
     """
     from postproc.arrays import GRAVITY
-    from postproc.identification.planning.setups import Asked, plan_setups
+    from postproc.identification.planning.setups import Request, plan_setups
     from postproc.identification.planning.table import setups_csv
     from postproc.render.measuring import setups_module
     from postproc.report.page import render_sheet
@@ -81,7 +81,7 @@ def plan_first(
         text = f"{heaviest:g} kg are over the rated payload of `{arm.robot.name}`"
         raise PostprocError.of("CLI017", text, help=f"hang at most {rated:g} kg on it")
     say(f"arm `{arm.robot.name}`; {kind}; no table")
-    plan = plan_setups(arm, Asked(kind, load, pull, sigma, box), count)
+    plan = plan_setups(arm, Request(kind, load, pull, sigma, box), count)
     document, csv = first_plan_document(name.name, plan), setups_csv(plan).encode()
     module = setups_module(plan, "the table" if table is None else table.name, options.signal)
     files = [(rapid, module), (sheet, render_sheet(document).encode("utf-8", "replace"))]
@@ -99,8 +99,6 @@ def _arm(name: Path, arm_options: ArmOptions) -> Model:
     from postproc.model.arm import Model
     from postproc.robot.catalogue import load_robot
 
-    if name.exists() or name.suffix:
-        arm = load_model(name, arm_options.effects, arm_options.cell)
-    else:
-        arm = Model(load_robot(str(name)), robot_name=str(name))
+    known = None if name.exists() or name.suffix else Model(load_robot(str(name)), robot_name=str(name))
+    arm = known or load_model(name, arm_options.effects, arm_options.cell)
     return arm if arm_options.tool is None else replace(arm, T_flange_tcp=parse_tool(arm_options.tool))

@@ -12,7 +12,7 @@ from cyclopts.validators import Number
 from postproc.cli.improve.first_plan import FirstOptions, plan_first
 from postproc.cli.improve.model_options import ArmOptions, MeasuredOptions, opened
 from postproc.cli.inputs import short_names
-from postproc.cli.options import AS_WRITTEN, Flag, Output, ReportFile
+from postproc.cli.options import AS_WRITTEN, Flag, Output, ReportFile, parse_numbers
 from postproc.cli.output import present, write
 from postproc.cli.printing import say_next
 from postproc.cli.progress import watching
@@ -68,27 +68,23 @@ def run(
         if between or candidates or sight or measured_range or payloads or force:
             text = "`--between`, `--candidates`, `--sight`, `--measured-range`, `--payloads` and `--force` need a table"
             raise PostprocError.of("CLI017", text, help="name the table after the model, or leave them out")
-        box, sigma = _box(region), table.sigma
-        files = (output, rapid, report)
-        return plan_first(model, first, arm_options, count, files, box=box, sigma=sigma, json=json)
+        files, box = (output, rapid, report), _box(region)
+        return plan_first(model, first, arm_options, count, files, box=box, sigma=table.sigma, json=json)
     if first.kind is not None:
         raise PostprocError.of("CLI017", "`--kind` is for a plan without a table", help="leave the table out")
     arm, measured = opened(model, data, arm_options, table, output, rapid, report, also=candidates)
     listed = None if candidates is None else table.read([candidates], arm.robot, False, arm.station).state
     q, axes = (None, None) if listed is None else (listed.q, listed.external_axes)
-    cone = None if sight is None else math.radians(sight)
-    room = Room(_box(region), q, cone, measured_range, axes, _masses(payloads), force)
+    room = Room(_box(region), q, sight and math.radians(sight), measured_range, axes, _masses(payloads), force)
+    question = arm, measured, count, _pair(between), arm_options.classes
     with watching(f"choosing {count} poses") as watch:
-        pair, classes = _pair(between), arm_options.classes
-        plan = plan_poses(arm, measured, count, pair, classes, noise=table.sigma, room=room, watch=watch)
+        plan = plan_poses(*question, noise=table.sigma, room=room, watch=watch)
     document = plan_document(short_names(model, *data), plan)
-    text, at = plan.as_csv(), plan.state
     if rapid is not None:
-        labels = [line.split(",")[0] for line in text.splitlines()[1:]]
-        name, loads = output.name if output is not None else "the table", at.payload_mass
-        write(rapid, measuring_module(arm.robot, at.q, at.approach, labels, name, payload_kg=loads, extax=plan.extax))
+        name = output.name if output is not None else "the table"
+        write(rapid, measuring_module(arm.robot, plan.state, plan.ids, name, plan.extax))
     if output is not None or not json:
-        write(output, text)
+        write(output, plan.as_csv())
     present(document, report, json=json, text=True, on_stderr=True)
     if output is not None and not json:
         what = "says what is missing, once x_mm, y_mm, z_mm and what else the first table has are filled in"
@@ -97,18 +93,12 @@ def run(
 
 
 def _box(text: str | None) -> Array | None:
-    """Parse a region X1,Y1,Z1,X2,Y2,Z2 [mm] to its lowest and highest corner (2, 3) [m]; CLI010 where it is no box."""
+    """Parse a region X1,Y1,Z1,X2,Y2,Z2 [mm] to its lowest and highest corner (2, 3) [m]; CLI006 where it is no box."""
     import numpy as np
 
     if text is None:
         return None
-    try:
-        numbers = [float(word) for word in text.split(",")]
-    except ValueError:
-        numbers = []
-    if len(numbers) != 6 or not all(map(math.isfinite, numbers)):
-        help_ = "write two corners [mm], `--region 800,-600,400,1600,600,1200`"
-        raise PostprocError.of("CLI010", f"`--region {text}` is no box", help=help_)
+    numbers = parse_numbers("--region", text, 6, "two corners [mm], `--region 800,-600,400,1600,600,1200`")
     return np.sort(np.reshape(numbers, (2, 3)), axis=0) * 1e-3
 
 

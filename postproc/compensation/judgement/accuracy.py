@@ -12,15 +12,16 @@ import numpy as np
 from postproc.channels.state import State
 from postproc.compensation.correction.curve import Exact
 from postproc.compensation.correction.deviation import away_from_curves
-from postproc.compensation.judgement.type_scatter import PULL_N, READINGS, type_scatter
+from postproc.compensation.judgement.type_scatter import GAUGE_READINGS, PULL_N, type_scatter
 from postproc.compensation.path.motion import Motion
 from postproc.diagnostics import Diagnostic, Source
 from postproc.model.arm import Model
 from postproc.model.controller import unknown_loads
-from postproc.model.scatter import DRAWS, QUANTILES, Scatter
+from postproc.model.scatter import QUANTILES, Scatter, normal_draws
 from postproc.model.uncertainty import beyond_range, position_covariance, read_uncertainty, sigma_parts
 from postproc.model.undetermined import Undetermined, undetermined_under_load
-from postproc.motion.values import Index
+from postproc.motion.values import Flags
+from postproc.numbers import percent_range
 
 WITHIN_95 = 2.796  # 95 % of a three-dimensional normal error lie within so many standard deviations per axis
 HALF = 0.5
@@ -69,31 +70,25 @@ def expect_on_arm(model: Model, motion: Motion, exact: Exact, source: Source) ->
     largest deviation where it welds (without welds, along lines and arcs) times the middle share sqrt(low high), a
     fifth below the median of arms of the type. Of both it is the larger.
     """
-    accuracy, findings = expect_accuracy(model, motion, source)
-    scatter = type_scatter(*unknown_loads(model, motion.at(_targets(motion))))
-    samples, space = motion.samples, ~motion.samples.curves.joint[motion.samples.move]
-    lit = space & np.array([move.welding for move in samples.moves])[samples.move]
-    rows, wanted = np.flatnonzero(lit if lit.any() else space), motion.wanted
+    samples, wanted, targets = motion.samples, motion.wanted, motion.samples.goal
+    if len(targets) > _MOST_TARGETS_JUDGED:
+        targets = targets[np.linspace(0, len(targets) - 1, _MOST_TARGETS_JUDGED).round().astype(int)]
+    at_targets, space = motion.at(targets), ~samples.curves.joint[samples.move]
+    welding = np.array([move.welding for move in samples.moves])[samples.move]
+    accuracy, findings = _expect_accuracy(model, at_targets, welding[targets], source)
+    scatter = type_scatter(*unknown_loads(model, at_targets))
+    lit = space & welding
+    rows = np.flatnonzero(lit if lit.any() else space)
     uncorrected = 2 * wanted.T_work_tcp[rows, :3, 3] - exact.T_work_tcp[rows, :3, 3]  # about where the arm goes
     away, _ = away_from_curves(wanted.curves, samples.move[rows], uncorrected)
     deviation = float(np.linalg.norm(away, axis=1).max(initial=0.0))
     share = 0.0 if scatter is None else math.sqrt(math.prod(scatter.remaining))
     distance = max(0.0 if accuracy is None else accuracy.within_95, share * deviation)
-    return Expected(accuracy, scatter, distance), [*findings, *doubt_help(scatter, source)]
-
-
-def doubt_help(scatter: Scatter | None, source: Source) -> list[Diagnostic]:
-    """CMP027, a warning, where as much deflection as without a correction may remain, as the stiffness is estimated.
-
-    Args:
-        scatter: as of `Expected`.
-    """
-    if scatter is None or scatter.remaining[1] < 1.0:
-        return []
-    low, high = (f"{100 * x:.0f}" for x in scatter.remaining)
-    text = f"the correction may not help: {low} to {high} % of the deflection may remain, as the stiffness is estimated"
-    help_ = "measure this arm, and fit a model of it: `postproc plan` chooses the poses"
-    return [Diagnostic("CMP027", "warning", text, source, help=help_)]
+    if scatter is not None and scatter.remaining[1] >= 1.0:
+        text = f"the correction may not help: {percent_range(scatter.remaining)} of the deflection may remain"
+        help_ = "measure this arm, and fit a model of it: `postproc plan` chooses the poses"
+        findings.append(Diagnostic("CMP027", "warning", f"{text}, as the stiffness is estimated", source, help=help_))
+    return Expected(accuracy, scatter, distance), findings
 
 
 def better_figure(values: Mapping[str, Any]) -> str:
@@ -105,50 +100,40 @@ def better_figure(values: Mapping[str, Any]) -> str:
     remaining, after = (values.get(f"expected_remaining_fraction{when}") for when in ("", "_after_gauge"))
     if remaining is None:
         return ""
-    now, then = ("{:.0f} to {:.0f} %".format(*(100 * x for x in shares)) for shares in (remaining, after or remaining))
-    text = f"the stiffness of this arm is not measured: with that of its type {now} of its deflection remain"
+    text = "the stiffness of this arm is not measured: with that of its type "
+    text += f"{percent_range(remaining)} of its deflection remain"
     if after is None or after[1] > WORTH * remaining[1]:
         return f"{text} (`postproc plan` says what to measure)"
-    plan = f"`postproc plan {values['robot']} -n {READINGS // 2} --kind gauge --load KG --pull {PULL_N:g}`"
-    return f"{text}, about {then} after {READINGS} readings with a dial gauge ({plan})"
+    plan = f"`postproc plan {values['robot']} -n {GAUGE_READINGS // 2} --kind gauge --load KG --pull {PULL_N:g}`"
+    return f"{text}, about {percent_range(after)} after {GAUGE_READINGS} readings with a dial gauge ({plan})"
 
 
-def expect_accuracy(model: Model, motion: Motion, source: Source) -> tuple[Accuracy | None, list[Diagnostic]]:
-    """Expected accuracy at the targets (None if the model was not fitted), and CMP010 outside the measured range."""
-    at_goals = motion.at(_targets(motion))
+def _expect_accuracy(
+    model: Model, at_goals: State, welding: Flags, source: Source
+) -> tuple[Accuracy | None, list[Diagnostic]]:
+    """Expected accuracy at the targets (None if the model was not fitted), and CMP010 outside the measured range.
+
+    Args:
+        at_goals: n states at the targets. welding: (n,) whether these weld.
+    """
     text = "the program leaves the range in which the model was measured: "
     help_ = "measure poses there too (`postproc plan`), or take the expected accuracy as a guess"
-    findings = [
-        Diagnostic("CMP010", "warning", text + b.text, source, help=help_) for b in beyond_range(model, at_goals)
-    ]
+    beyond = [text + span.text for span in beyond_range(model, at_goals)]
+    findings = [Diagnostic("CMP010", "warning", words, source, help=help_) for words in beyond]
     findings += _local_effects(model, at_goals, source)
     parts = np.array(sigma_parts(model, at_goals, instrument=False))
-    sigma = np.hypot(*parts)
-    if np.isnan(sigma).any():
+    sigma, known = np.hypot(*parts), read_uncertainty(model)
+    if known is None or np.isnan(sigma).any():
         return None, findings
     undetermined = undetermined_under_load(model, at_goals, WITHIN_95)
     by_parameters, unexplained = parts[:, int(np.argmax(sigma))].tolist()
     sizes = float(np.sqrt(np.mean(sigma**2))), float(WITHIN_95 * sigma.max())
-    welding = np.array([move.welding for move in motion.samples.moves])[motion.samples.move[_targets(motion)]]
     worst = int(np.argmax(np.where(welding | ~welding.any(), sigma, 0.0)))
-    interval = _error_interval(model, at_goals.rows(np.array([worst])), parts[1, worst])
-    return Accuracy(*sizes, (by_parameters, unexplained), interval, undetermined), findings
-
-
-def _error_interval(model: Model, state: State, unexplained: float) -> tuple[float, float]:
-    """2.5 % and 97.5 % quantile of the length [m] of a normal error with the covariance of one state's position.
-
-    Args:
-        unexplained: standard deviation per axis [m] of what no effect explains, beside what parameters leave.
-    """
-    from scipy.stats import norm, qmc
-
-    known = read_uncertainty(model)
-    assert known is not None
-    square = np.linalg.eigvalsh(position_covariance(model, state, known, instrument=False)[0]) + unexplained**2
-    drawn = norm.ppf(qmc.Sobol(3, rng=np.random.default_rng(0)).random(DRAWS))
-    low, high = np.quantile(np.sqrt(drawn**2 @ np.maximum(square, 0.0)), QUANTILES)
-    return float(low), float(high)
+    # Quantiles of the length of a normal error with the covariance of the position there.
+    covariance = position_covariance(model, at_goals.rows(np.array([worst])), known, instrument=False)[0]
+    square = np.maximum(np.linalg.eigvalsh(covariance) + parts[1, worst] ** 2, 0.0)
+    low, high = np.quantile(np.sqrt(normal_draws(3) ** 2 @ square), QUANTILES).tolist()
+    return Accuracy(*sizes, (by_parameters, unexplained), (low, high), undetermined), findings
 
 
 def _local_effects(model: Model, at_goals: State, source: Source) -> Iterator[Diagnostic]:
@@ -156,21 +141,10 @@ def _local_effects(model: Model, at_goals: State, source: Source) -> Iterator[Di
     if model.surest is None or model.measured is None:
         return
     known = model.measured.known(at_goals)
-    far = int(np.sum(known < HALF))
-    if not far:
+    if not (far := int(np.sum(known < HALF))):
         return
     local = " and ".join(f"`{key}`" for key in model.fit.get("local", ()))
-    text = (
-        f"{local} holds near the measured rows alone, and {far} of {len(known)} targets are away from them: there the "
-        f"correction falls back to the rest of the model, by {100 * (1 - known.min()):.0f} % at the farthest"
-    )
+    text = f"{local} holds near the measured rows alone, and {far} of {len(known)} targets are away from them: there "
+    text += f"the correction falls back to the rest of the model, by {100 * (1 - known.min()):.0f} % at the farthest"
     help_ = "measure poses there too (`postproc plan`), and `postproc add` it anew"
     yield Diagnostic("CMP010", "warning", text, source, help=help_)
-
-
-def _targets(motion: Motion) -> Index:
-    """Indices of the samples at the targets, evenly reduced to at most 500."""
-    rows = motion.samples.goal
-    if len(rows) > _MOST_TARGETS_JUDGED:
-        rows = rows[np.linspace(0, len(rows) - 1, _MOST_TARGETS_JUDGED).round().astype(int)]
-    return rows

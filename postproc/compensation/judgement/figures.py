@@ -37,6 +37,11 @@ class PathFigures:
     transition: float = 0.0
     joint_move: float = 0.0
 
+    @property
+    def counting(self) -> tuple[float, float]:
+        """The largest deviations before and after where the arc burns; where it never does, along lines and arcs."""
+        return (self.before, self.after) if self.arc_before is None or self.arc is None else (self.arc_before, self.arc)
+
 
 def figures_of(plan: CorrectionPlan, before: Deviation, after: Deviation) -> PathFigures:
     """The largest deviations along a program, before and after its correction."""

@@ -6,14 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from postproc.arrays import GRAVITY, Array
+from postproc.arrays import GRAVITY
 from postproc.channels.state import State
 from postproc.effects.roles import Role
 from postproc.model.arm import Model
 from postproc.model.scatter import NORMAL_95, Scatter, scatter_covariance, scatter_of, stiffness_factors
 from postproc.robot.kinematics import jacobian
 
-READINGS, READING_SIGMA = 12, 1e-5
+GAUGE_READINGS, READING_SIGMA = 12, 1e-5
 """Of a dial gauge that a shop can take in an hour, and the standard deviation [m] of one of them."""
 PULL_N = 100.0
 """Of a spring balance, sideways: a weight never loads a joint that turns about the vertical."""
@@ -27,9 +27,7 @@ def type_scatter(model: Model, state: State) -> Scatter | None:
     """
     if not has_type_stiffness(model):
         return None
-    known = _known_after_gauge(model, state)
-    after = None if known is None else scatter_of(model, state, known).remaining
-    return replace(scatter_of(model, state), after_gauge=after)
+    return replace(scatter_of(model, state), after_gauge=_remaining_after_gauge(model, state))
 
 
 def has_type_stiffness(model: Model) -> bool:
@@ -46,8 +44,8 @@ def has_type_stiffness(model: Model) -> bool:
     return model.stiffness_source == "estimated" or (usual is not None and np.array_equal(spring.vector(), usual))
 
 
-def _known_after_gauge(model: Model, state: State) -> Array | None:
-    """Return the covariance (12, 12) of `scatter_covariance` that readings of a dial gauge leave.
+def _remaining_after_gauge(model: Model, state: State) -> tuple[float, float] | None:
+    """Return what remains of the deflection (`Scatter.remaining`) with what readings of a dial gauge tell.
 
     At states spread over the program the TCP is loaded along a unit vector u, in turn along the two horizontal axes of
     the world, with `PULL_N`, and along gravity, with the rated payload. A gauge along u is read with that load F and
@@ -59,11 +57,11 @@ def _known_after_gauge(model: Model, state: State) -> Array | None:
     spring, robot = model.in_role(Role.JOINT_SPRINGS), model.robot
     if spring is None or robot.payload is None:
         return None
-    some = state.rows(np.linspace(0, len(state) - 1, READINGS // 2).round().astype(int))
+    some = state.rows(np.linspace(0, len(state) - 1, GAUGE_READINGS // 2).round().astype(int))
     axis = np.arange(len(some)) % 3
     along = np.einsum("ni,nij->nj", model.R_world_base[axis], jacobian(robot, some.q, some.T_flange_tcp)[:, :3])
     force = np.array([PULL_N, PULL_N, GRAVITY * robot.payload])[axis]
     shown = force[:, None] * along**2 * spring.vector()
     spread = np.maximum(np.log(stiffness_factors(robot)) / NORMAL_95, 1e-9)
     information = np.diag(spread**-2.0) + shown.T @ shown / (2 * READING_SIGMA**2)
-    return scatter_covariance(model, np.linalg.inv(information))
+    return scatter_of(model, state, scatter_covariance(model, np.linalg.inv(information))).remaining

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,6 +63,8 @@ FULL_RANGE = Room()
 
 PRIOR = 1 / (10 * WIDE) ** 2
 """Precision of a parameter before anything is measured, in ordinary sizes: that of the weak pull in a fit."""
+LEAST_SQUARE = 1e-6
+"""Of the displacement by an effect, in standard deviations of the noise: none at all has no inverse."""
 
 
 def _columns(fit: Fit, pool: Problem) -> tuple[Array, Array, Array]:
@@ -73,12 +76,9 @@ def _columns(fit: Fit, pool: Problem) -> tuple[Array, Array, Array]:
     Returns:
         (N, p) on the data of the fit, (c, 3, p) on the pool, (p,) precision.
     """
-    old, new, tied = [], [], []
-    for effect in fit.model.effects:
-        on_data, on_pool = _of_effect(fit, pool, effect, np.asarray(fit.free[effect.key], dtype=bool))
-        old.append(on_data)
-        new.append(on_pool)
-        tied.append(np.full(on_data.shape[1], 1e-6 if effect.is_frame else PRIOR))
+    masks = [(effect, np.asarray(fit.free[effect.key], dtype=bool)) for effect in fit.model.effects]
+    old, new = zip(*(_of_effect(fit, pool, *one) for one in masks), strict=True)
+    tied = [np.full(mask.sum(), 1e-6 if effect.is_frame else PRIOR) for effect, mask in masks]
     return np.hstack(old), np.concatenate(new, axis=2), np.concatenate(tied)
 
 
@@ -95,7 +95,7 @@ def _of_effect(fit: Fit, pool: Problem, effect: Effect, mask: NDArray[np.bool_])
     return fit.problem.columns(effect, mask) * size, pool.columns(effect, mask).reshape(len(pool.data), 3, -1) * size
 
 
-NEVER = 10.0
+AS_GOOD_AS_UNKNOWN = 10.0
 """A parameter that all poses of the pool together leave so unsure, in ordinary sizes, no pose determines."""
 
 
@@ -113,23 +113,17 @@ def sharpen(fit: Fit, pool: Problem, n: int) -> tuple[list[int], float, float, l
     A, Z, tied = _columns(fit, pool)
     P: Array = np.asarray(np.linalg.inv(A.T @ A + np.diag(tied)), dtype=float)
     entries = [(e.key, int(i)) for e in fit.model.effects for i in np.flatnonzero(fit.free[e.key])]
-    frames = {e.key for e in fit.model.effects if e.is_frame}
-    arm = np.array([key not in frames for key, _ in entries])
+    arm = np.concatenate([np.full(np.sum(fit.free[e.key]), not e.is_frame) for e in fit.model.effects])
     width = np.sqrt(np.diag(P))
     every = Z.reshape(-1, Z.shape[2])
-    determined = np.sqrt(np.diag(np.linalg.inv(np.linalg.inv(P) + every.T @ every))) < NEVER
+    determined = np.sqrt(np.diag(np.linalg.inv(np.linalg.inv(P) + every.T @ every))) < AS_GOOD_AS_UNKNOWN
     known = arm & determined
     before = float(width[known].max(initial=0.0))
     worst = [entries[i] for i in np.argsort(-np.where(known, width, 0.0))[:3] if known[i]]
     chosen, P = choose(Z, P, n)
     after = np.sqrt(np.diag(P))
-    return (
-        chosen,
-        before,
-        float(after[known].max(initial=0.0)),
-        worst,
-        [entries[i] for i in np.flatnonzero(arm & ~determined)],
-    )
+    never = [entries[i] for i in np.flatnonzero(arm & ~determined)]
+    return chosen, before, float(after[known].max(initial=0.0)), worst, never
 
 
 def choose(
@@ -146,9 +140,8 @@ def choose(
         groups: (c, 2) number of the posture of each, of which one is chosen at most, and of what it touches, of which
             all are chosen as often as there are postures for; None where no two have a posture in common.
     """
-    posture, touched = (
-        np.column_stack([np.arange(len(Z)), np.zeros(len(Z), dtype=int)]).T if groups is None else groups.T
-    )
+    single = np.column_stack([np.arange(len(Z)), np.zeros(len(Z), dtype=int)])
+    posture, touched = (single if groups is None else groups).T
     chosen, free, times = list[int](), np.ones(len(Z), dtype=bool), np.zeros(touched.max(initial=0) + 1, dtype=int)
     for _ in range(n):
         ZP = Z @ P
@@ -182,73 +175,46 @@ def separate(fit: Fit, pool: Problem, pair: list[type[Effect]], n: int) -> tuple
     """
     A, Z, tied = _columns(fit, pool)
     screen = Screen(fit.problem, {cls.key: cls for cls in pair})
-    sides: list[_Side] = []
-    forms = []
-    for cls in pair:
-        old, new = _of_effect(fit, pool, *_form(fit, pool, screen, cls))
-        if not new.any():
-            message = f"`{cls.key}` moves nothing on poses that this arm can reach standing still"
-            raise PostprocError.of("DAT024", message, help="choose an effect of the geometry, the load or the side")
-        forms.append((old, new))
-    for this, other in ((0, 1), (1, 0)):
-        x = _size(fit, forms[this][0])
-        regress = np.hstack([A, forms[other][0]])
-        prior = np.diag(np.concatenate([tied, np.full(forms[other][0].shape[1], PRIOR)]))
-        P = np.linalg.inv(regress.T @ regress + prior)
-        s_old = forms[this][0] @ x
-        s_new = forms[this][1] @ x
-        sides.append(
-            _Side(np.concatenate([Z, forms[other][1]], axis=2), s_new, P, regress.T @ s_old, float(s_old @ s_old))
-        )
-    before = min(side.distance() for side in sides)
-    chosen: list[int] = []
+    forms = [_of_effect(fit, pool, *_form(fit, pool, screen, cls)) for cls in pair]
+    if still := [cls.key for cls, (_, new) in zip(pair, forms, strict=True) if not new.any()]:
+        message = f"`{still[0]}` moves nothing on poses that this arm can reach standing still"
+        raise PostprocError.of("DAT024", message, help="choose an effect of the geometry, the load or the side")
+    sides = []
+    for (old, new), (old_other, new_other) in (forms, forms[::-1]):
+        size = _size(fit, old)[:, None]
+        measured, planned = np.hstack([A, old_other, old @ size]), np.concatenate([Z, new_other, new @ size], axis=2)
+        prior = np.concatenate([tied, np.full(old_other.shape[1], PRIOR), [LEAST_SQUARE]])
+        sides.append((planned, np.linalg.inv(measured.T @ measured + np.diag(prior)), float(np.sum((old @ size) ** 2))))
+    before, chosen = _distance(sides), list[int]()
     for _ in range(n):
-        gain = np.sum([side.gain() / max(side.total, 1e-12) for side in sides], axis=0)
+        gain = np.sum([_gain(Z, P) / max(total, 1e-12) for Z, P, total in sides], axis=0)
         gain[chosen] = -np.inf
         best = int(np.argmax(gain))
         chosen.append(best)
-        for side in sides:
-            side.take(best)
-    return chosen, before, min(side.distance() for side in sides)
+        sides = [(Z, _updated(P, Z[best]), total + float(np.sum(Z[best, :, -1] ** 2))) for Z, P, total in sides]
+    return chosen, before, _distance(sides)
 
 
-@dataclass
-class _Side:
-    """The displacement by one of two effects (its signal), and what everything else explains of it.
+def _distance(sides: Iterable[tuple[Array, Array, float]]) -> float:
+    """Return the size, in standard deviations of the noise, of what other columns cannot explain of the last one.
 
     Args:
-        Z: (c, 3, p) columns of the other effect and all fitted parameters (the regressors) on the pool; s: (c, 3) the
-            signal there.
-        P: (p, p) covariance of the regressors' sizes from the measured poses.
-        cross: (p,) product of regressors and signal there; total: sum of squares of the signal there.
+        sides: columns on the pool, covariance (p, p), sum of squares of the last one; the least distance counts.
     """
+    return float(np.sqrt(min(max(1 / P[-1, -1] - LEAST_SQUARE, 0.0) for _, P, _ in sides)))
 
-    Z: Array
-    s: Array
-    P: Array
-    cross: Array
-    total: float
 
-    def unexplained(self) -> Array:
-        """Return (c, 3) the part of the signal at each pose of the pool that the regressors cannot explain."""
-        return np.asarray(self.s - self.Z @ (self.P @ self.cross))
+def _gain(Z: Array, P: Array) -> Array:
+    """Return (c,) growth of the unexplained square by measuring each pose of a pool, e^T (I + z P z^T)^-1 e.
 
-    def gain(self) -> Array:
-        """Return (c,) growth of the unexplained signal by measuring each pose of the pool, e^T (I + z P z^T)^-1 e."""
-        e = self.unexplained()
-        S = np.eye(3) + np.einsum("cip,pq,cjq->cij", self.Z, self.P, self.Z, optimize=True)
-        return np.asarray(np.einsum("ci,ci->c", e, np.linalg.solve(S, e[:, :, None])[:, :, 0]))
+    Here e is what all other columns z cannot explain of the last one at the pose, and P their covariance without it.
 
-    def take(self, index: int) -> None:
-        """Add a pose of the pool, by its index, to the measured ones, in place."""
-        z, s = self.Z[index], self.s[index]
-        self.P = _updated(self.P, z)
-        self.cross = self.cross + z.T @ s
-        self.total += float(s @ s)
-
-    def distance(self) -> float:
-        """Return the size of the unexplained signal over all measured poses, in standard deviations of the noise."""
-        return float(np.sqrt(max(self.total - float(self.cross @ self.P @ self.cross), 0.0)))
+    Args:
+        Z: (c, 3, p) columns on the pool. P: (p, p) covariance of all.
+    """
+    ZP, last = Z @ P, P[-1, -1]
+    e = ZP[:, :, -1:] / last
+    return np.asarray((e.mT @ np.linalg.solve(np.eye(3) + ZP @ Z.mT - last * e @ e.mT, e))[:, 0, 0])
 
 
 def _updated(P: Array, z: Array) -> Array:

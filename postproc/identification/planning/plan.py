@@ -18,7 +18,6 @@ from postproc.estimation.least_squares import fit_model
 from postproc.estimation.problem import Problem, make_weights
 from postproc.estimation.solving.step import Name
 from postproc.identification.diagnose import diagnose
-from postproc.identification.diagnosis import Diagnosis
 from postproc.identification.planning.design import FULL_RANGE, Room, separate, sharpen
 from postproc.identification.planning.promise import Contest, Promise
 from postproc.identification.planning.table import as_csv, posture_columns
@@ -29,7 +28,7 @@ from postproc.model.equilibrium import predict
 from postproc.watch import Watch, unwatched
 
 CANDIDATES = 3000
-SEED = 20
+POSES_SEED = 20
 POSES_FACTOR = 4
 """Times as many poses that are simulated where those asked for do not tell two effects apart."""
 NEARLY_RATED = 0.8
@@ -84,6 +83,11 @@ class MeasuringPlan:
     alternatives: tuple[Alternative, ...] = ()
 
     @property
+    def ids(self) -> list[str]:
+        """Names (n,) of the poses."""
+        return [f"N{i + 1:03d}" for i in range(len(self.state))]
+
+    @property
     def extax(self) -> Array | None:
         """(n, 6) external axes as programs state them [mm], [deg], NaN where there is none; None without any."""
         station, axes = self.fit.model.station, self.state.external_axes
@@ -97,9 +101,7 @@ class MeasuringPlan:
 
         Its columns are ``pose_id``, joints, approach sides, payload, force and external axes.
         """
-        state, ids = self.state, [f"N{i + 1:03d}" for i in range(len(self.state))]
-        sided = state if state.approach is not None else state.with_(approach=np.zeros((len(state), 6)))
-        return as_csv(ids, posture_columns(sided, self.extax))
+        return as_csv(self.ids, posture_columns(self.state, self.extax))
 
 
 def plan_poses(
@@ -138,7 +140,10 @@ def plan_poses(
         chosen, before, after, worst, never = sharpen(fit, pool, n)
         return MeasuringPlan(fit, *_picked(fit, pool, chosen), None, before, after, tuple(worst), tuple(never))
     diagnosis = diagnose(model, data, extra_effects, noise=noise, watch=lambda what, share: watch(what, 0.3 * share))
-    fit = _fit_without_pair(diagnosis, between)
+    # The fit of the diagnosis with all missing effects, but without the two, even where the model has them.
+    fit = refit_all(diagnosis.base, diagnosis.final, [m.key for m in diagnosis.missing if m.key not in between])
+    keys = [e.key for e in fit.model.effects if e.key in between]
+    fit = without(fit, keys) if keys else fit
     contest = Contest.of(fit, pair)
     pool = _pool(fit, room, n)
     chosen, before, after = separate(fit, pool, pair, n)
@@ -148,18 +153,6 @@ def plan_poses(
     resolved = bool(named) and not any(other in between for some in named.values() for other in some)
     others = list(_alternatives(contest, pair, n, room)) if not (promise.enough or resolved) else []
     return MeasuringPlan(fit, state, T, between, before, after, (), (), resolved, promise, tuple(others))
-
-
-def _fit_without_pair(diagnosis: Diagnosis, pair: tuple[str, str]) -> Fit:
-    """Return the fit of a diagnosis with all missing effects, but without a pair, even where the model has it.
-
-    Args:
-        pair: keys of the two effects.
-    """
-    others = [m.key for m in diagnosis.missing if m.key not in pair]
-    fit = refit_all(diagnosis.base, diagnosis.final, others)
-    keys = [e.key for e in fit.model.effects if e.key in pair]
-    return without(fit, keys) if keys else fit
 
 
 def _alternatives(contest: Contest, pair: list[type[Effect]], n: int, room: Room) -> Iterator[Alternative]:
@@ -173,23 +166,20 @@ def _alternatives(contest: Contest, pair: list[type[Effect]], n: int, room: Room
     """
     fit = contest.fit
     rated = fit.model.robot.payload
-    others = [(POSES_FACTOR * n, room)]
+    many = POSES_FACTOR * n
+    others = [(many, room)]
     if rated is not None:
         seen = fit.data.state.payload_mass
         light = bool(not room.payloads and (seen is None or (np.ptp(seen) > 0 and seen.max() < NEARLY_RATED * rated)))
         loaded = replace(room, payloads=(0.0, 0.5 * rated, rated)) if light else room
-        pulled = PULL * rated * GRAVITY
-        others += [(n, loaded)] * light + [
-            (n, replace(room, force=pulled)),
-            (POSES_FACTOR * n, replace(loaded, force=pulled)),
-        ]
+        pulled, both = (replace(where, force=PULL * rated * GRAVITY) for where in (room, loaded))
+        others += [*[(n, loaded)] * light, (n, pulled), (many, both)]
     for count, where in others:
         pool = _pool(fit, where, n)
-        count = min(count, len(pool.data))
-        state, _ = _picked(fit, pool, separate(fit, pool, pair, count)[0])
-        one = Alternative(count, where.payloads, where.force, contest.promise(state, hopeful=True))
-        yield one
-        if one.promise.enough:
+        chosen = separate(fit, pool, pair, min(count, len(pool.data)))[0]
+        promise = contest.promise(_picked(fit, pool, chosen)[0], hopeful=True)
+        yield Alternative(len(chosen), where.payloads, where.force, promise)
+        if promise.enough:
             return
 
 
@@ -207,7 +197,7 @@ def _candidates(fit: Fit, room: Room) -> State:
     payloads and directions of a force are drawn at random, payloads from those of the room, or those measured, or up to
     the rated one where there was one alone.
     """
-    g = np.random.default_rng(SEED)
+    g = np.random.default_rng(POSES_SEED)
     robot, seen = fit.model.robot, fit.data.state
     margin = np.deg2rad(5.0)
     low, high = np.maximum(robot.lower + margin, -np.pi), np.minimum(robot.upper - margin, np.pi)
@@ -215,44 +205,30 @@ def _candidates(fit: Fit, room: Room) -> State:
         low, high = np.nanmin(seen.q, axis=0), np.nanmax(seen.q, axis=0)
     count = CANDIDATES if room.candidates is None else len(room.candidates)
     q = g.uniform(low, high, (count, 6)) if room.candidates is None else room.candidates
-    approach = g.choice([-1.0, 1.0], (count, 6))
-    mass, center, wrench = None, None, None
+    channels: dict[str, Array] = {"approach": g.choice([-1.0, 1.0], (count, 6))}
     loads = np.array(room.payloads)
     if not room.payloads and seen.payload_mass is not None:
         loads = np.unique(np.round(seen.payload_mass, 3))
         if len(loads) == 1 and robot.payload is not None:
             loads = np.array([loads[0], 0.5 * robot.payload, robot.payload])
     if len(loads):
-        mass = g.choice(loads, count)
-        center = np.zeros((count, 3)) if seen.payload_center is None else np.tile(seen.payload_center[0], (count, 1))
+        center = np.zeros(3) if seen.payload_center is None else seen.payload_center[0]
+        channels |= {"payload_mass": g.choice(loads, count), "payload_center": np.tile(center, (count, 1))}
     if room.force:
         direction = g.normal(size=(count, 3))
-        wrench = np.zeros((count, 6))
-        wrench[:, :3] = room.force * direction / np.linalg.norm(direction, axis=1)[:, None]
+        pull = room.force * direction / np.linalg.norm(direction, axis=1)[:, None]
+        channels["wrench"] = np.hstack([pull, np.zeros_like(pull)])
+    for name in ("temperature", "time"):
+        if (values := getattr(seen, name)) is not None:
+            channels[name] = np.full(count, float(np.median(values)))
     tool = seen.T_flange_tcp[0] if seen.T_flange_tcp.ndim == 3 else seen.T_flange_tcp
-    tool = tool if fit.data.tool_known else fit.model.T_flange_tcp
-    state = State(
-        q,
-        approach=approach,
-        payload_mass=mass,
-        payload_center=center,
-        wrench=wrench,
-        T_flange_tcp=tool,
-        temperature=_median(seen.temperature, count),
-        time=_median(seen.time, count),
-    )
+    state = State(q, T_flange_tcp=tool if fit.data.tool_known else fit.model.T_flange_tcp).with_(**channels)
     station = fit.model.station
     if station is None or seen.external_axes is None:
         return state
     stood = np.nan_to_num(seen.external_axes)
-    low, high = stood.min(axis=0), stood.max(axis=0)
-    axes = g.uniform(low, high, (count, 6)) if room.axes is None else room.axes
+    axes = g.uniform(stood.min(axis=0), stood.max(axis=0), (count, 6)) if room.axes is None else room.axes
     return with_axes(station, state, axes)
-
-
-def _median(values: Array | None, count: int) -> Array | None:
-    """Return (count,) copies of the median of values, None for None."""
-    return None if values is None else np.full(count, float(np.median(values)))
 
 
 def _pool(fit: Fit, room: Room, n: int) -> Problem:
@@ -264,18 +240,15 @@ def _pool(fit: Fit, room: Room, n: int) -> Problem:
         PostprocError: DAT024 where there are fewer than n.
     """
     state = _candidates(fit, room)
-    nowhere = np.zeros((len(state), 3))
-    ids = tuple(str(i) for i in range(len(state)))
-    data = Measurements(
-        state, nowhere, pose_id=ids, row=tuple(range(1, len(state) + 1)), line=(1,) * len(state), tool_known=True
-    )
+    count = len(state)
+    ids, row = tuple(map(str, range(count))), tuple(range(1, count + 1))
+    data = Measurements(state, np.zeros((count, 3)), pose_id=ids, row=row, line=(1,) * count, tool_known=True)
     problem = Problem(fit.model, data, make_weights(data, fit.noise))
     up = fit.model.R_world_base[2]
     heights = problem.equilibrium.chain.T_base_body[:, 3:, :3, 3] @ up
     tip = problem.equilibrium.T_base_tcp[:, :3, 3] @ up
     free = np.minimum(heights.min(axis=1), tip) > 0.1
-    if free.sum() < 50 or room.candidates is not None:
-        free = np.ones(len(state), dtype=bool)
+    free |= free.sum() < 50 or room.candidates is not None
     pool = problem.some(free & room.holds(problem))
     if len(pool.data) < n:
         message = f"{len(pool.data)} poses are where they may be, and {n} are asked for"

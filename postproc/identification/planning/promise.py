@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -31,15 +30,15 @@ from postproc.model.arm import Model
 from postproc.model.ordered import with_ordered_channels
 from postproc.watch import Watch, unwatched
 
-TABLES, FEWER, MANY_ROWS = 20, 10, 250
+TABLES, FEWER, LONG_TABLE = 20, 10, 250
 """Tables that are simulated, and how many where none of so many tells the effects apart or the data has many rows."""
-ENOUGH = 0.9
+ENOUGH_TABLES = 0.9
 """Share of the tables that must tell two effects apart for a plan to be called enough."""
-SEED = 21
+TABLES_SEED = 21
 BETWEEN_ROWS = 60.0
 """Seconds from one planned pose to the next, the first after the last measured row."""
 PLANNED = ("q", "approach", "payload_mass", "payload_center", "external_axes", "T_reference_base", "temperature")
-STILL = ("v", "a", "wrench")
+ZERO_UNLESS_PLANNED = ("v", "a", "wrench")
 """Channels that a plan states of its poses, and those that are zero unless it does; others are as in the last row."""
 
 
@@ -58,8 +57,8 @@ class Promise:
 
     @property
     def enough(self) -> bool:
-        """Whether the share of tables that tell the effects apart is `ENOUGH`."""
-        return self.told_apart >= ENOUGH * self.tables
+        """Whether the share of tables that tell the effects apart is `ENOUGH_TABLES`."""
+        return self.told_apart >= ENOUGH_TABLES * self.tables
 
 
 @dataclass(frozen=True)
@@ -68,13 +67,13 @@ class Contest:
 
     Args:
         fit: of the data with neither of them; classes: of the two, by key.
-        truths: the fit with each of them, by key; evidence: its log evidence (2 log of odds).
+        truths: the fit with each of them, by key; odds: probability of the first of the two, if one of them is there.
     """
 
     fit: Fit
     classes: Mapping[str, type[Effect]]
     truths: Mapping[str, Fit]
-    evidence: Mapping[str, float]
+    odds: float
 
     @classmethod
     def of(cls, fit: Fit, pair: Sequence[type[Effect]]) -> Contest:
@@ -85,21 +84,17 @@ class Contest:
         """
         fit = thinned(fit)
         classes = {one.key: one for one in pair}
-        truths, evidence = dict[str, Fit](), dict[str, float]()
+        truths, evidence = dict[str, Fit](), list[float]()  # 2 log of odds
         for key, one in classes.items():
             screen = Screen(fit.problem, {key: one})
             lacking = one.null().missing(fit.problem.sensitivity.state)
             candidate = None if lacking else compose(screen, fit.linear, key)
             best = None if candidate is None else fitted_best(fit, screen, candidate)
             truths[key] = settled(grown(fit, one) if best is None else best[1])
-            evidence[key] = 0.0 if best is None else best[0].evidence
-        return cls(fit, classes, truths, evidence)
-
-    @cached_property
-    def odds(self) -> float:
-        """Probability of the first of the two effects, if one of them is there."""
-        first, second = self.evidence.values()
-        return float(expit(0.5 * (first - second))) if np.isfinite(max(first, second)) else 0.5
+            evidence.append(0.0 if best is None else best[0].evidence)
+        first, second = evidence
+        odds = float(expit(0.5 * (first - second))) if np.isfinite(max(first, second)) else 0.5
+        return cls(fit, classes, truths, odds)
 
     def promise(self, planned: State, hopeful: bool = False, watch: Watch = unwatched) -> Promise:
         """Return how many tables of the rows so far and the planned poses tell the two effects apart.
@@ -111,17 +106,15 @@ class Contest:
             planned: the poses. hopeful: stop as soon as the promise cannot be enough any more.
             watch: is called with what is being done and the share of the work that is done.
         """
-        g, keys = np.random.default_rng(SEED), tuple(self.classes)
-        tables = TABLES if len(self.fit.data) <= MANY_ROWS else FEWER
+        g, keys, separated = np.random.default_rng(TABLES_SEED), tuple(self.classes), 0
+        tables = TABLES if len(self.fit.data) <= LONG_TABLE else FEWER
         first = np.diff(np.round(self.odds * np.arange(tables + 1)))
-        separated = 0
-        for k in range(tables):
-            key = keys[0] if first[k] else keys[1]
+        for k, key in enumerate(keys[0] if is_first else keys[1] for is_first in first):
             separated += self.told_apart(simulated(self.truths[key], planned, g), key)
             watch("simulated tables", (k + 1) / tables)
             if separated == 0 and k + 1 == FEWER:
                 return Promise(FEWER, 0)
-            if hopeful and separated + tables - k - 1 < ENOUGH * tables:
+            if hopeful and separated + tables - k - 1 < ENOUGH_TABLES * tables:
                 return Promise(k + 1, separated)
         return Promise(tables, separated)
 
@@ -132,8 +125,7 @@ class Contest:
             key: of the one that is there.
         """
         (other,) = {*self.classes} - {key}
-        free, known = self.fit.free, frozenset(self.fit.parameters)
-        terms = Terms(free, self.fit.strength, determined=known)
+        terms = Terms(self.fit.free, self.fit.strength, determined=frozenset(self.fit.parameters))
         table = with_channels_of(self.classes.values(), self.fit.model, table)
         try:
             base = fit_model(self.fit.model, table, noise=self.fit.noise.stated, terms=terms)
@@ -157,9 +149,9 @@ def simulated(truth: Fit, planned: State, g: np.random.Generator) -> Measurement
     changes: dict[str, object] = {"channels": {k: v for k, v in rows.state.channels.items() if k not in derived}}
     if rows.state.time is not None:
         changes["time"] = rows.state.time + BETWEEN_ROWS * np.maximum(np.arange(n + m) - n + 1, 0)
-    for name in (*PLANNED, *STILL, *(["gravity"] if planned.gravity.ndim == 2 else [])):
+    for name in (*PLANNED, *ZERO_UNLESS_PLANNED, *(["gravity"] if planned.gravity.ndim == 2 else [])):
         value, before = getattr(planned, name), getattr(rows.state, name)
-        if value is None and before is not None and name in STILL:
+        if value is None and before is not None and name in ZERO_UNLESS_PLANNED:
             value = np.zeros_like(before[n:])
         if value is not None:
             before = np.zeros((n, *value.shape[1:])) if before is None else before[:n]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,17 +50,15 @@ class Position(ReadingKind):
         return np.zeros(6)
 
 
-SHOP: Mapping[str, ReadingKind]
 SHOP = {"gauge": Gauge(), "tip": Tip(), "plane": Plane(), "distance": Distance(), "position": Position()}
 """What can be planned without a table."""
-TOUCHED = ("tip", "plane")
 DRAWN, POOL = 2500, 600
 """Random postures, and the most of them to choose from that somebody can work at."""
 JUDGED = 200
 """Postures over which the deflection that remains is counted."""
 READABLE = 5e-5
 """Least change [m] that is worth a reading of a gauge."""
-BACK = 0.05
+BACK_OFF = 0.05
 """Distance [m] from a tip or a plane at which the arm stops before it is touched."""
 BAR = 0.3
 """Length [m] of the ball bar."""
@@ -67,17 +66,17 @@ FACING = np.cos(np.radians(60.0))
 """Cosine of the largest angle between the tool and what it touches."""
 UNKNOWN_PLACE = 1.0
 """Standard deviation [m], [rad] of where a tip, a plane, an anchor or an instrument stands."""
-OFFSET, TOOL = 1e-3, 1e-3
-"""Standard deviations of a joint offset [rad] and of each coordinate of the TCP [m] before anything is measured."""
+UNKNOWN_GEOMETRY = 1e-3
+"""Standard deviation of a joint offset [rad] and of each coordinate of the TCP [m] before anything is measured."""
 FACES: Mapping[str, tuple[float, float]] = {"top": (0.0, 0.0), "front": (0.0, -np.pi / 2), "side": (-np.pi / 2, 0.0)}
 """Faces of a cube that are touched, each turned from the base's z by a rotation vector (a, b, 0) [rad]."""
 CUBE = 0.12
 """Half the edge of the cube, over the arm's length."""
 KNOWN = 12
 """Parameters of which an arm's type tells something: six springs and six masses."""
-NEVER = 1e-3
+NEVER_LOADED = 1e-3
 """Share of the largest derivative below which no set-up loads a spring."""
-SEED = 43
+SETUPS_SEED = 43
 
 
 @dataclass(frozen=True)
@@ -90,10 +89,10 @@ class SetupPlan:
         names: (s,) tip, plane or anchor of each, a name of its own for a gauge.
         direction: (s, 3) in which a gauge reads more, else from what is touched to the arm.
         change: (s,) expected difference of the readings of a gauge [m], zeros for other kinds.
-        begin: (s, 6) joint angles [rad] at `BACK` before the touch, those of the posture where nothing is touched.
-        before, after: 95 % interval of the share of the deflection that remains after a correction, without and with
-            the measurements (`scatter_of`).
-        load_before, load_after: the same of the deflection by the loads alone, without the weights of the links.
+        begin: (s, 6) joint angles [rad] at `BACK_OFF` before the touch, those of the posture where nothing is touched.
+        remaining: 95 % interval of the share of the deflection that remains after a correction (`scatter_of`), without
+            the measurements (``before``) and with them (``after``); with ``of_loads_`` before it, of the deflection by
+            the loads alone, without the weights of the links.
         unknown: joints, from 0, of whose springs the measurements tell less than half; unloaded: those that no load of
             any set-up winds up.
     """
@@ -105,10 +104,7 @@ class SetupPlan:
     direction: Array
     change: Array
     begin: Array
-    before: tuple[float, float]
-    after: tuple[float, float]
-    load_before: tuple[float, float]
-    load_after: tuple[float, float]
+    remaining: Mapping[str, tuple[float, float]]
     unknown: tuple[int, ...]
     unloaded: tuple[int, ...]
 
@@ -138,39 +134,26 @@ class SetupPlan:
 
 
 @dataclass(frozen=True)
-class _Postures:
-    """n postures q (n, 6) [rad] at which something is read.
-
-    Args:
-        names, begin: as of `SetupPlan`. normal: (n, 3) from what is touched to the arm. unknown: (n, 6) of the set-up.
-    """
-
-    q: Array
-    names: NDArray[np.str_]
-    normal: Array
-    begin: Array
-    unknown: Array
-
-
-@dataclass(frozen=True)
 class _Pool:
-    """c set-ups to choose from, each at one of the postures with one load.
+    """c set-ups to choose from, each at one of some postures with one load.
 
     Args:
-        state: (c) with the load. posture: (c,) number of its posture, of which one set-up is chosen at most.
+        state, names, direction, change, begin: as of `SetupPlan`. posture: (c,) number of its posture, of which one
+            set-up is chosen at most.
         rows: (c, k, p + u) derivatives of the k numbers that are read, by p parameters and u unknowns of the shop.
-        direction, change: as of `SetupPlan`.
     """
 
     state: State
-    posture: NDArray[np.int_]
-    rows: Array
+    names: NDArray[np.str_]
     direction: Array
     change: Array
+    begin: Array
+    posture: NDArray[np.int_]
+    rows: Array
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class Request:
     """What is to be planned.
 
     Args:
@@ -186,7 +169,7 @@ class Asked:
     box: Array | None = None
 
 
-def plan_setups(model: Model, asked: Asked, count: int) -> SetupPlan:
+def plan_setups(model: Model, request: Request, count: int) -> SetupPlan:
     """Choose set-ups one after another so that least of the deflection is expected to remain (L-optimal, greedy).
 
     With parameters of prior covariance P (logarithms of joint compliances and of masses of the links; joint offsets and
@@ -196,60 +179,51 @@ def plan_setups(model: Model, asked: Asked, count: int) -> SetupPlan:
     Raises:
         PostprocError: DAT024 where fewer set-ups are possible than are asked for.
     """
-    arm, g = _with_springs(model), np.random.default_rng(SEED)
-    box = working_box(arm.robot) if asked.box is None else asked.box
-    postures = _postures(arm, asked.kind, box, g)
-    pool = _pool(arm, asked, postures)
-    possible = len(np.unique(pool.posture))
-    if possible < count:
+    springs, arm = effect_in_role(Role.JOINT_SPRINGS).null(), model
+    if arm.in_role(Role.JOINT_SPRINGS) is None:  # then those of its type
+        arm = model.with_effects(*model.effects, springs.with_vector(prior_of(springs, model).value))
+    g, kind = np.random.default_rng(SETUPS_SEED), request.kind
+    box = working_box(arm.robot) if request.box is None else request.box
+    pool = _pool(arm, request, box, g)
+    if (possible := len(np.unique(pool.posture))) < count:
         message = f"{possible} set-ups can be measured here, and {count} are asked for"
         raise PostprocError.of("DAT024", message, help="widen `--region`, or take a heavier load (`--load`)")
-    q = _postures(arm, "position", box, g).q[:JUDGED]
-    judged = _loaded(arm, q, asked)
+    q = _postures(arm, "position", box, g)[0][:JUDGED]
+    judged = _loaded(arm, q, request)
     judged = judged.rows(slice(-max(len(judged) - len(q), len(q)), None))
-    D = _columns(arm, judged, asked.kind)[0]
+    D = _columns(arm, judged, kind)[0]
     P = block_diag(scatter_covariance(arm), np.eye(D.shape[2] - KNOWN))
-    own = np.eye(pool.rows.shape[2] - len(P))
-    weigh = block_diag(np.einsum("nip,niq->pq", D, D), 0.0 * own)
-    whitened = pool.rows / (asked.sigma or SHOP[asked.kind].noise)
-    groups = np.column_stack([pool.posture, np.unique(postures.names, return_inverse=True)[1][pool.posture]])
-    chosen, S = choose(whitened, block_diag(P, UNKNOWN_PLACE**2 * own), count, weigh, groups)
+    place = np.eye(pool.rows.shape[2] - len(P))
+    weigh = block_diag(np.einsum("nip,niq->pq", D, D), 0.0 * place)
+    groups = np.column_stack([pool.posture, np.unique(pool.names, return_inverse=True)[1]])
+    whitened = pool.rows / (request.sigma or SHOP[kind].noise)
+    chosen, S = choose(whitened, block_diag(P, UNKNOWN_PLACE**2 * place), count, weigh, groups)
     at = np.array(chosen)
-    names, mass = postures.names[pool.posture[at]], np.asarray(pool.state.payload_mass)[at]
-    at = at[np.lexsort((pool.state.q[at, 0], names, mass))]
-    shares = [scatter_of(arm, judged, C[:KNOWN, :KNOWN], w).remaining for w in (True, False) for C in (P, S)]
+    at = at[np.lexsort((pool.state.q[at, 0], pool.names[at], np.asarray(pool.state.payload_mass)[at]))]
+    cases = {"before": (P, True), "after": (S, True), "of_loads_before": (P, False), "of_loads_after": (S, False)}
+    remaining = {key: scatter_of(arm, judged, C[:KNOWN, :KNOWN], all_).remaining for key, (C, all_) in cases.items()}
     unknown = np.flatnonzero(np.diag(S)[:6] > UNDETERMINED_SHARE**2 * np.diag(P)[:6]).tolist()
-    seen = np.abs(pool.rows[:, :, :6]).max(axis=(0, 1))
-    unloaded = np.flatnonzero(seen < NEVER * seen.max()).tolist()
-    where = pool.posture[at]
-    return SetupPlan(
-        *(arm, asked.kind, pool.state.rows(at), tuple(postures.names[where]), pool.direction[at], pool.change[at]),
-        *(postures.begin[where], *shares, tuple(unknown), tuple(unloaded)),
-    )
+    loading = np.abs(pool.rows[:, :, :6]).max(axis=(0, 1))
+    unloaded = np.flatnonzero(loading < NEVER_LOADED * loading.max()).tolist()
+    state, names, begin = pool.state.rows(at), tuple(pool.names[at]), pool.begin[at]
+    setups = (arm, kind, state, names, pool.direction[at], pool.change[at], begin)
+    return SetupPlan(*setups, remaining, tuple(unknown), tuple(unloaded))
 
 
-def _with_springs(model: Model) -> Model:
-    """Return the arm with joint springs, those of its type where the model has none."""
-    if model.in_role(Role.JOINT_SPRINGS) is not None:
-        return model
-    null = effect_in_role(Role.JOINT_SPRINGS).null()
-    return model.with_effects(*model.effects, null.with_vector(prior_of(null, model).value))
-
-
-def _loaded(arm: Model, q: Array, asked: Asked) -> State:
+def _loaded(arm: Model, q: Array, request: Request) -> State:
     """Return v n states of n postures (n, 6) [rad]: without a load, then with each pull, then with the mass.
 
     A weight on a hook hangs at the TCP; where the tool touches something it is bolted to the flange.
     """
-    sideways = np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]])[: 4 * (asked.pull > 0)]
-    force = np.vstack([np.zeros(3), asked.pull * sideways, np.zeros((int(asked.load > 0), 3))])
-    mass = np.append(np.zeros(1 + len(sideways)), [asked.load] * (asked.load > 0))
-    at = arm.T_flange_tcp[:3, 3] if asked.kind == "gauge" else np.zeros(3)
+    sideways = np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]])[: 4 * (request.pull > 0)]
+    force = np.vstack([np.zeros(3), request.pull * sideways, np.zeros((int(request.load > 0), 3))])
+    mass = np.append(np.zeros(1 + len(sideways)), [request.load] * (request.load > 0))
+    at = arm.T_flange_tcp[:3, 3] if request.kind == "gauge" else np.zeros(3)
     return arm.state(
         np.tile(q, (len(mass), 1)),
         payload_mass=np.repeat(mass, len(q)),
         payload_center=np.tile(at, (len(mass) * len(q), 1)),
-        wrench=np.repeat(np.hstack([force, np.zeros_like(force)]), len(q), axis=0) if asked.pull else None,
+        wrench=np.repeat(np.hstack([force, np.zeros_like(force)]), len(q), axis=0) if request.pull else None,
     )
 
 
@@ -263,16 +237,22 @@ def _columns(arm: Model, state: State, kind: str) -> tuple[Array, Array]:
     D = np.concatenate([x.sum(axis=1), x[:, :6].sum(axis=0)]).transpose(1, 2, 0)
     if kind != "gauge":
         turned = (forward(arm.robot, state.q) @ arm.T_flange_tcp)[:, :3, :3]
-        D = np.concatenate([D, OFFSET * jacobian(arm.robot, state.q, arm.T_flange_tcp)[:, :3], TOOL * turned], axis=2)
+        geometry = np.concatenate([jacobian(arm.robot, state.q, arm.T_flange_tcp)[:, :3], turned], axis=2)
+        D = np.concatenate([D, UNKNOWN_GEOMETRY * geometry], axis=2)
     return D, x.sum(axis=(0, 1))
 
 
-def _postures(arm: Model, kind: str, box: Array, g: np.random.Generator) -> _Postures:
+def _postures(arm: Model, kind: str, box: Array, g: np.random.Generator) -> tuple[Any, ...]:
     """Return postures of a kind of set-ups at which somebody can work: anywhere in a box, or on what is touched there.
 
     Args:
         box: (2, 3) region [m], in whose lower middle a spike, a cube or the anchor of a ball bar stands.
+
+    Returns:
+        Of n postures the joint angles (n, 6) [rad], names and joint angles to begin with as of `SetupPlan`, directions
+        (n, 3) from what is touched to the arm, and unknowns (n, 6) of the set-ups.
     """
+    touches = SHOP[kind].touches
     n, middle = DRAWN, box[0] + np.array([0.5, 0.5, 0.3]) * (box[1] - box[0])
     name, unknown = np.full(n, SHOP[kind].column or kind, dtype=object), np.zeros((n, 6))
     normal, place = np.tile([0.0, 0.0, 1.0], (n, 1)), np.tile(middle, (n, 1))
@@ -293,31 +273,35 @@ def _postures(arm: Model, kind: str, box: Array, g: np.random.Generator) -> _Pos
     q, name, normal, place, unknown = q[good], name[good], normal[good], place[good], unknown[good]
     tool = (forward(arm.robot, q) @ arm.T_flange_tcp)[:, :3, 2]
     back = -tool if kind == "tip" else normal
-    begin = moved_onto(arm, q, place + BACK * back, turned=False) if kind in TOUCHED else q
-    good = np.isfinite(begin).all(axis=1) & ((-np.sum(tool * normal, axis=1) > FACING) | (kind not in TOUCHED))
-    return _Postures(*(x[good][:POOL] for x in (q, name, normal, begin, unknown)))
+    begin = moved_onto(arm, q, place + BACK_OFF * back, turned=False) if touches else q
+    good = np.isfinite(begin).all(axis=1) & ((-np.sum(tool * normal, axis=1) > FACING) | (not touches))
+    return tuple(x[good][:POOL] for x in (q, name, begin, normal, unknown))
 
 
-def _pool(arm: Model, asked: Asked, at: _Postures) -> _Pool:
+def _pool(arm: Model, request: Request, box: Array, g: np.random.Generator) -> _Pool:
     """Return the set-ups at some postures: a gauge along each axis of the base where its change is readable, else each
     posture without and with the mass.
+
+    Args:
+        box: (2, 3) region [m].
     """
-    gauge, n = asked.kind == "gauge", len(at.q)
-    state = _loaded(arm, at.q, asked if gauge else replace(asked, pull=0.0))
-    posture = np.arange(len(state)) % max(n, 1)
-    D, moved = _columns(arm, state, asked.kind)
-    direction, change = at.normal[posture], np.zeros(len(state))
+    gauge = request.kind == "gauge"
+    q, names, begin, normal, unknown = _postures(arm, request.kind, box, g)
+    state = _loaded(arm, q, request if gauge else replace(request, pull=0.0))
+    posture = np.arange(len(state)) % max(len(q), 1)
+    D, moved = _columns(arm, state, request.kind)
+    direction, change = normal[posture], np.zeros(len(state))
     if gauge:  # the difference of two readings has no zero, and twice the variance of one
         moved, D = moved - moved[posture], (D - D[posture]) / np.sqrt(2.0)
         row, axis = np.nonzero(np.abs(moved) >= READABLE)
         direction, change = np.sign(moved[row, axis])[:, None] * np.eye(3)[axis] + 0.0, np.abs(moved[row, axis])
         state, D, posture = state.rows(row), D[row], posture[row]
-    p = (forward(arm.robot, at.q) @ arm.T_flange_tcp)[posture, :3, 3]
-    nowhere = np.full_like(p, np.nan)
-    read = SHOP[asked.kind].read(Seen(p, at.unknown[posture], direction, np.zeros(len(p)), nowhere))
+    p = (forward(arm.robot, state.q) @ arm.T_flange_tcp)[:, :3, 3]
+    nowhere, names = np.full_like(p, np.nan), names[posture]
+    read = SHOP[request.kind].read(Seen(p, unknown[posture], direction, np.zeros(len(p)), nowhere))
     rows = np.einsum("ckx,cxp->ckp", read.by_point, D)
     if not gauge:
-        own = (at.names[posture][:, None] == np.unique(at.names)).astype(float)
-        unknown = np.einsum("cku,cs->cksu", read.by_unknown, own)
-        rows = np.concatenate([rows, unknown.reshape(*rows.shape[:2], own.shape[1] * UNKNOWNS)], axis=2)
-    return _Pool(state, posture, rows, direction, change)
+        of_name = (names[:, None] == np.unique(names)).astype(float)
+        by_unknown = np.einsum("cku,cs->cksu", read.by_unknown, of_name)
+        rows = np.concatenate([rows, by_unknown.reshape(*rows.shape[:2], of_name.shape[1] * UNKNOWNS)], axis=2)
+    return _Pool(state, names, direction, change, begin[posture], posture, rows)

@@ -17,15 +17,11 @@ def posture_columns(state: State, extax: Array | None = None) -> dict[str, list[
     Args:
         extax: (n, 6) external axes [mm], [deg], NaN for axes that are not there.
     """
-    columns = {name: [f"{x:.4f}" for x in q] for name, q in zip(COLUMNS["q"], np.degrees(state.q).T, strict=True)}
-    if state.approach is not None:
-        columns |= _cells(COLUMNS["approach"], state.approach, "+.0f")
-    if state.payload_mass is not None:
-        columns |= _cells(COLUMNS["payload"][:1], state.payload_mass[:, None])
-        if state.payload_center is not None:
-            columns |= _cells(COLUMNS["payload"][1:], 1e3 * state.payload_center)
-    if state.wrench is not None:
-        columns |= _cells(COLUMNS["wrench"][:3], state.wrench[:, :3])
+    columns = _cells(COLUMNS["q"], np.degrees(state.q), ".4f") | _cells(COLUMNS["approach"], state.approach, "+.0f")
+    mass, center, wrench = state.payload_mass, state.payload_center, state.wrench
+    columns |= _cells(COLUMNS["payload"][:1], None if mass is None else mass[:, None])
+    columns |= _cells(COLUMNS["payload"][1:], None if mass is None or center is None else 1e3 * center)
+    columns |= _cells(COLUMNS["wrench"][:3], None if wrench is None else wrench[:, :3])
     if extax is not None:
         present = np.flatnonzero(np.isfinite(extax).all(axis=0))
         columns |= _cells([f"eax_{AXES[k]}" for k in present.tolist()], extax[:, present])
@@ -58,6 +54,8 @@ def setups_csv(plan: SetupPlan) -> str:
     return as_csv(ids, columns | {name: [""] * len(ids) for name in kind.reading})
 
 
-def _cells(names: Sequence[str], values: Array, form: str = ".8g") -> dict[str, list[str]]:
-    """Return columns of numbers (n, c) under their names."""
+def _cells(names: Sequence[str], values: Array | None, form: str = ".8g") -> dict[str, list[str]]:
+    """Return columns of numbers (n, c) under their names, none for None."""
+    if values is None:
+        return {}
     return {name: [format(x, form) for x in column] for name, column in zip(names, values.T.tolist(), strict=True)}

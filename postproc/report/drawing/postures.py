@@ -12,7 +12,7 @@ from postproc.model.arm import Model
 from postproc.report.drawing.charts import line
 from postproc.robot.kinematics import body_poses
 
-SIZE = 110
+DRAWING_SIZE = 110
 """Width and height of a drawing [pixels]."""
 AIM = 15
 """Length of the arrow at the tool [pixels]."""
@@ -33,15 +33,13 @@ def posture_drawings(model: Model, q: Array, labels: Sequence[str], towards: Arr
     flat = np.stack([np.einsum("nki,ni->nk", joints[:, :, :2], ahead), joints[:, :, 2]], axis=-1)
     arrow = np.stack([np.sum(towards[:, :2] * ahead, axis=1), towards[:, 2]], axis=-1)
     low, high = np.minimum(flat.min(axis=(0, 1)), 0.0), flat.max(axis=(0, 1))
-    scale = (SIZE - 30) / float(np.max(high - low))
-    drawn = []
-    for points, way, label in zip(flat, arrow, labels, strict=True):
-        floor = np.array([[low[0], 0.0], [high[0], 0.0]])
+    scale = (DRAWING_SIZE - 30) / float(np.max(high - low))
+    width, drawn, corner = DRAWING_SIZE, list[str](), np.array([10, DRAWING_SIZE - 10])
+    head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{width}" viewBox="0 0 {width} {width}"'
+    for points, way, label in zip(flat, arrow, map(escape, labels), strict=True):
         aim = np.array([points[-1], points[-1] + AIM / scale * way])
-        strokes = [(floor, "frame"), (points, "chosen"), (aim, "aim")]
-        placed = [(np.array([10, SIZE - 10]) + scale * (p - low) * [1, -1], kind) for p, kind in strokes]
-        lines = "".join(line(p, kind) for p, kind in placed)
-        head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{SIZE}" height="{SIZE}" viewBox="0 0 {SIZE} {SIZE}"'
-        text = f'<text x="6" y="14">{escape(label)}</text>'
-        drawn.append(f'{head} role="img" aria-label="{escape(label)} from the side">{lines}{text}</svg>')
+        strokes = [(np.array([[low[0], 0.0], [high[0], 0.0]]), "frame"), (points, "chosen"), (aim, "aim")]
+        lines = "".join(line(corner + scale * (p - low) * [1, -1], kind) for p, kind in strokes)
+        text = f'<text x="6" y="14">{label}</text>'
+        drawn.append(f'{head} role="img" aria-label="{label} from the side">{lines}{text}</svg>')
     return drawn
