@@ -27,7 +27,7 @@ from postproc.compensation.path.motion import Motion
 from postproc.compensation.plan import CorrectionPlan, Planner
 from postproc.compensation.readback import changed_confdata, deviations_of, run_again
 from postproc.compensation.reading import no_known_target, read_runnable
-from postproc.compensation.text.marks import say_corrected_before
+from postproc.compensation.text.marks import say_corrected_before, say_touched_up
 from postproc.diagnostics import Diagnostic, Matter, PostprocError, Source
 from postproc.model.arm import Model
 from postproc.motion.path.nominal_arm import NominalArm
@@ -84,6 +84,7 @@ def follow_program(sources: Sequence[Source], model: Model, options: Options, wa
     station = model.station or Station()
     program = read_program(sources, options.taught, NominalArm(model.robot, station), options.elsewhere)
     findings = [*program.diagnostics, *say_written_elsewhere(program), *say_corrected_before(sources)]
+    findings += say_touched_up(sources, model.fit.get("touched_sha256", ()))
     draft = Draft(program, [], model, options)
     draft = draft.with_findings(findings, 2 if any(d.matter is Matter.NO_MODULE for d in findings) else 1)
     walked = walk_program(program, options.entry)

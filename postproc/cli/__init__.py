@@ -3,5 +3,6 @@
 `app` lists them, `run` is the boundary to the shell (exit codes). `convert` holds commands on programs, `improve` on
 models, `look_up` the others; `hooks` runs one for each of many programs (pre-commit, CI). Shared: `options`
 and `program_options` (what several commands ask), `inputs` and `programs` (files that are read),
+`versions` of programs,
 `output` (files that are written), `printing` and `progress` (what is printed).
 """

@@ -35,6 +35,7 @@ COMMANDS = (
     ("add", IMPROVE, "Add effects to a model, refit, and show how far the error falls."),
     ("predict", IMPROVE, "Predict the TCP for every row of a table."),
     ("plan", IMPROVE, "Choose the poses to measure next, and write a program that visits them."),
+    ("touchups", IMPROVE, "Make a measurement table of the targets that were touched up."),
     ("explain", LOOK_UP, "Explain a diagnostic by its code, RAP012."),
     ("schema", LOOK_UP, "Print the JSON Schema of a kind of file, for editors."),
 )
@@ -65,6 +66,7 @@ EXAMPLES = {
     "add": "add cell.toml backlash --data tracker.csv -o better.toml",
     "predict": "predict cell.toml poses.csv -o predicted.csv",
     "plan": "plan cell.toml tracker.csv -n 30 -o poses.csv --rapid measure.mod",
+    "touchups": "touchups seam_drawn.mod seam_touched.mod --robot irb4600_60_205 -o touchups.csv",
     "explain": "explain RAP020",
     "schema": "schema model > model.schema.json",
     "runtime write": "runtime write --robot irb4600_60_205 --load 30,0,0,120 -o ppModel.sys",

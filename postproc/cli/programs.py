@@ -20,6 +20,7 @@ from postproc.tasks.task import with_arm
 if TYPE_CHECKING:
     from postproc.compensation.options import Options
     from postproc.model.arm import Model
+    from postproc.rapid.program.program import Program
     from postproc.settings import Settings
 
 
@@ -44,6 +45,20 @@ def read_lent(files: Iterable[Path], program: str = "-") -> list[Source]:
         files: the modules. program: name of the program's file, which is left out if it is among them.
     """
     return [read_source(str(path), read_only=True) for path in files if real(path) != real(Path(program))]
+
+
+def sound_program(sources: Source | Sequence[Source]) -> Program:
+    """Return a program that was read without an error.
+
+    Raises:
+        PostprocError: there is an error in it.
+    """
+    from postproc.rapid.program.program import read_program
+
+    program = read_program(sources)
+    if has_errors(program.diagnostics):
+        raise PostprocError(program.diagnostics)
+    return program
 
 
 def check_unchanged(source: Source) -> None:

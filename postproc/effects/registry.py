@@ -26,6 +26,7 @@ from postproc.effects.library.frames.reflector import Reflector
 from postproc.effects.library.frames.session import Session
 from postproc.effects.library.frames.setup import Setup
 from postproc.effects.library.frames.tool_frame import ToolFrame
+from postproc.effects.library.frames.work_object import WorkObject
 from postproc.effects.library.joints.backlash import Backlash
 from postproc.effects.library.joints.joint_compliance import JointCompliance
 from postproc.effects.library.joints.joint_error_map import JointErrorMap
@@ -76,6 +77,7 @@ BUILT_IN: tuple[type[Effect], ...] = (
     ExternalAxisError,
     ExternalAxisCompliance,
     Session,
+    WorkObject,
     Reflector,
     Setup,
     Outlier,

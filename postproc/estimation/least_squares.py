@@ -29,7 +29,16 @@ from postproc.model.arm import Model
 from postproc.model.ordered import with_ordered_channels
 from postproc.watch import Watch, unwatched
 
-FIRST = ("instrument_frame", "session", "setup", "tool_frame", "reflector", "joint_offset", "joint_compliance")
+FIRST = (
+    "instrument_frame",
+    "session",
+    "work_object",
+    "setup",
+    "tool_frame",
+    "reflector",
+    "joint_offset",
+    "joint_compliance",
+)
 LAST = ("link_geometry",)
 """Where two parameters do the same, the later effect is not fitted: frames before offsets before geometry."""
 PLAIN_TERMS = Terms()
@@ -210,7 +219,7 @@ def _evaluated(model: Model, data: Measurements, noise: float | None) -> Fit:
     complete = model.with_effects(*lacking, *model.effects)
     problem = start_frames(Problem(complete, data, make_weights(data, figures)))
     complete = problem.model
-    for role in (Role.SESSION_FRAMES, Role.REFLECTOR_POINTS, Role.SETUPS):
+    for role in (Role.SESSION_FRAMES, Role.WORK_OBJECTS, Role.REFLECTOR_POINTS, Role.SETUPS):
         placed = complete.in_role(role)
         if placed is not None and placed is not model.in_role(role):
             lacking.append(placed)

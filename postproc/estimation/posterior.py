@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from postproc.arrays import GRAVITY, Array
 from postproc.channels.state import State
 from postproc.estimation.linear import solve_positive
-from postproc.estimation.priors import UNDETERMINED_SHARE, Prior, is_placed, lognormal_deviation, prior_of
+from postproc.estimation.priors import UNDETERMINED_SHARE, Prior, lognormal_deviation, prior_of
 from postproc.estimation.solution import Solution
 from postproc.estimation.solving.step import Name
 from postproc.model.arm import Model
@@ -192,7 +192,7 @@ def _objective(
     log = np.array([priors[key].log[i] for key, i in names], dtype=bool)
     spread = np.array([priors[key].spread[i] for key, i in names])
     # A frame may be anywhere, and the penalty of a free function is its prior.
-    free = np.array([k < count and is_placed(effects[key]) for k, (key, _) in enumerate(names)], dtype=bool)
+    free = np.array([k < count and key in fit.problem.anywhere for k, (key, _) in enumerate(names)], dtype=bool)
     spread = np.where(free | (penalty > 0), np.inf, spread)
     columns = _columns(fit, names)
     start = np.array([effects[key].vector()[i] for key, i in names])

@@ -103,6 +103,11 @@ def with_earlier_fit(model: Model, data: Measurements) -> Model:
 
 def is_placed(effect: Effect) -> bool:
     """Return whether an effect says where something was put: the instrument, the tool, points on it, a set-up."""
+    return effect.role is Role.WORK_OBJECTS or may_be_anywhere(effect)
+
+
+def may_be_anywhere(effect: Effect) -> bool:
+    """Return whether any place is as likely as another: that of a work object is nearly known."""
     return effect.is_frame or effect.role in (Role.SESSION_FRAMES, Role.REFLECTOR_POINTS, Role.SETUPS)
 
 

@@ -16,6 +16,7 @@ from postproc.channels.units import recorded
 from postproc.effects.asking import displacement_of
 from postproc.effects.base import Effect
 from postproc.effects.roles import Role
+from postproc.estimation.priors import may_be_anywhere
 from postproc.measure.checks.repeats import Noise
 from postproc.measure.kinds.base import UNKNOWNS
 from postproc.measure.kinds.observed import Observed, observed
@@ -146,6 +147,22 @@ class Problem:
         """(n,) mask of rows that measure no position, but read what their set-up shows."""
         setup = self.data.state.setup
         return np.zeros(len(self.data), dtype=bool) if setup is None else np.asarray(setup) >= 0
+
+    @property
+    def few(self) -> bool:
+        """Whether rows are few and say little, so that priors take part in the fit: no tracker was there."""
+        return self.data.readings is not None or self.data.T_frame_object is not None
+
+    @cached_property
+    def anywhere(self) -> frozenset[str]:
+        """Keys of effects of which any value is as likely as another: of frames, but for a tool that is stated.
+
+        An instrument sees a point of its own on the tool; what touches is the TCP itself.
+        """
+        stated = self.data.tool_known or not np.array_equal(self.model.T_flange_tcp, np.eye(4))
+        touched = self.few and (self.data.T_frame_object is not None or not np.isfinite(self.data.position).any())
+        known = {Role.TOOL_FRAME} if stated and touched else set()
+        return frozenset(e.key for e in self.model.effects if may_be_anywhere(e) and e.role not in known)
 
     @cached_property
     def read(self) -> Observed | None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from postproc import __version__
 from postproc.diagnostics import PostprocError
-from postproc.effects.roles import FRAME_ROLES
+from postproc.effects.roles import FRAME_ROLES, Role
 from postproc.estimation.fitted import Fit
 from postproc.estimation.priors import prior_of
 from postproc.estimation.solving.setups import lasting
@@ -19,6 +19,7 @@ from postproc.measure.consensus import agreement
 from postproc.measure.errors import distances
 from postproc.measure.measurements import FEWEST_ROWS_JUDGED
 from postproc.model.arm import Model
+from postproc.model.scatter import scatter_covariance, scatter_of, spring_covariance
 from postproc.model.uncertainty import Uncertainty, parameter_name, range_table, uncertainty_table
 from postproc.numbers import mm
 
@@ -28,11 +29,9 @@ FARTHER, LEAST_M = 1.2, 5e-5
 
 def recorded_model(fit: Fit) -> Model:
     """Return the fitted model with its table [fit]: data and its hash, figures, covariance, measured range, version."""
-    data = fit.data
-    after = fit.posterior
+    data, after = fit.data, fit.posterior
     model, renamed = lasting(fit.model)
-    known = Uncertainty(after.names, after.covariance, pose_error_sigma(fit), after.unidentifiable, after.directions)
-    known = known.renamed("setup", renamed)
+    known = known_errors(fit).renamed("setup", renamed)
     regions = fit.regions
     if regions is not None:
         known = replace(known, beyond=beyond_sigma(fit) or 0.0, measured=regions.field)
@@ -61,12 +60,37 @@ def recorded_model(fit: Fit) -> Model:
         names = [source.path.replace("\\", "/").rsplit("/", 1)[-1] for source in data.sources]
         hashes = [hashlib.sha256(source.data).hexdigest() for source in data.sources]
         table["data"], table["data_sha256"] = (names, hashes) if names[1:] else (names[0], hashes[0])
+    if data.touched_programs:
+        table["touched_sha256"] = list(data.touched_programs)
     if regions is None or regions.surest is None:
         return replace(model, fit=table)
     surest, added = lasting(regions.surest)[0], model
     table["local"] = [e.key for e in added.effects if surest.effect(e.key) is None]
     table["surest"] = {e.key: [float(f"{x:.12g}") for x in e.vector()] for e in surest.effects}
     return replace(added, fit=table, surest=surest)
+
+
+def known_errors(fit: Fit) -> Uncertainty:
+    """Return what a fit knows about its own errors near its rows."""
+    after = fit.posterior
+    return Uncertainty(after.names, after.covariance, pose_error_sigma(fit), after.unidentifiable, after.directions)
+
+
+def expected_remaining(fit: Fit) -> tuple[tuple[float, float], tuple[float, float]] | None:
+    """Return 95 % intervals of the share of the deflection that remains under the loads of the rows (`scatter_of`).
+
+    First after a correction with the stiffness of the arm's type, then with the fitted one. None without joint springs
+    that were fitted, or without readings.
+    """
+    spring = fit.model.in_role(Role.JOINT_SPRINGS)
+    if spring is None or fit.data.readings is None or not np.any(fit.free.get(spring.key, False)):
+        return None
+    usual = spring.with_vector(prior_of(spring.with_vector(spring.null_vector()), fit.model).value)
+    typical = replace(fit.model.with_effects(*(usual if e is spring else e for e in fit.model.effects)), fit={})
+    state = fit.data.state
+    state = state if fit.data.tool_known else state.with_(T_flange_tcp=fit.model.T_flange_tcp)
+    known = scatter_covariance(fit.model, spring_covariance(fit.model, known_errors(fit)))
+    return scatter_of(typical, state).remaining, scatter_of(fit.model, state, known).remaining
 
 
 def pose_error_sigma(fit: Fit) -> float:

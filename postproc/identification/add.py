@@ -17,7 +17,7 @@ from postproc.estimation.least_squares import fit_model
 from postproc.estimation.priors import is_placed, with_earlier_fit
 from postproc.estimation.recorded import no_farther_than_nominal, recorded_model
 from postproc.estimation.solving.rounding import with_judged_rounding
-from postproc.estimation.solving.settle import settled
+from postproc.estimation.solving.settle import settled, settled_by_size
 from postproc.identification.acceptance import fitted_best
 from postproc.identification.curves.families import curve_forms
 from postproc.identification.refits import refit_all, thinned, with_channels_of
@@ -183,7 +183,7 @@ def _added(
         steps = [replace(s, share=share) for s, share in zip(steps, shares, strict=True)]
     without: dict[str, FitFigures] = {}
     # Frames of sessions, and points of reflectors, that nobody asked for say where things stood.
-    placed = {Role.SESSION_FRAMES, Role.REFLECTOR_POINTS} - {cls.role for cls in classes}
+    placed = {Role.SESSION_FRAMES, Role.WORK_OBJECTS, Role.REFLECTOR_POINTS} - {cls.role for cls in classes}
     for k, effect in enumerate(e for e in final.model.effects if not e.is_frame and e.role not in placed):
         watch(f"without `{effect.key}`", (fitted + 3 + without_one * k) / total)
         fit = without_effects(final, [effect.key])
@@ -215,7 +215,7 @@ def fit_effects(
         if cls.structures():
             fit = grown(fit, cls)
     nominal = without_effects(fit, [e.key for e in fit.model.effects if not is_placed(e)])
-    return with_regions(settled(fit), nominal)
+    return with_regions((settled_by_size if fit.problem.few else settled)(fit), nominal)
 
 
 def grown(fit: Fit, cls: type[Effect]) -> Fit:

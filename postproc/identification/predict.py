@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from postproc.arrays import Array
+from postproc.arrays import Array, invert
 from postproc.channels.state import State
 from postproc.diagnostics import Diagnostic, PostprocError, joined
 from postproc.effects.roles import Role
@@ -39,7 +39,7 @@ PREDICTION_HEADER = ",".join(
 
 @dataclass(frozen=True)
 class Prediction:
-    """One predicted position per row of the table, in the instrument's frame.
+    """One predicted position per row of the table, in the instrument's frame, or in the work object that a row states.
 
     Args:
         pose_id: (n,) labels. position: (n, 3) [m], NaN where the row has no commanded joints.
@@ -107,6 +107,10 @@ def predict_rows(model: Model, data: Measurements, place: bool = False) -> Predi
         findings += _elsewhere(model, data, seen, position)
     findings += [*derived_sides(model, data), *_left_out(model, state, data), *_beyond(model, state, data)]
     findings += _unknown_reflectors(known, state, data)
+    if data.T_frame_object is not None:
+        stated = np.isfinite(data.T_frame_object).all(axis=(1, 2))
+        T = invert(data.T_frame_object[stated])
+        position[stated] = (T[:, :3, :3] @ position[stated, :, None])[:, :, 0] + T[:, :3, 3]
     # The far ends of distances between rows stand behind all rows of a table.
     rows = slice(0, data.listed)
     columns = (position[rows], sigma[rows], measured[rows], parts[rows], None if reading is None else reading[rows])

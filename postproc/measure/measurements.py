@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -17,6 +18,10 @@ from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.measure.kinds.base import Readings
 from postproc.measure.observations import Observation, observations
 
+ROWS = ("position", "T_frame_object", "rotation", "joint", "sigma")
+"""Arrays of measurements that have a row for each."""
+TOUCHED = re.compile(rb"^# touched-up program: .* sha256 ([0-9a-f]{64})\s*$", re.MULTILINE)
+"""Line of a table that names a program whose touch-ups it holds."""
 FEWEST_SETUPS = 3
 """Set-ups from which on one of them can be left out: fewer determine nothing of the arm without it."""
 FEWEST_ROWS_JUDGED = 8
@@ -30,6 +35,8 @@ class Measurements:
     Args:
         state: what was commanded, and the channels.
         position: (n, 3) measured TCP in the instrument's frame [m]; NaN where not measured.
+        T_frame_object: (n, 4, 4) the work object that the points of the table are stated in [m], where the program
+            says that it is; NaN for rows without one, None without such columns. ``position`` is where it stands, too.
         rotation: (n, 3, 3) measured orientation, NaN where not measured; None where the file has none.
         readings: what rows read that measure no position (`measure.kinds`), None where all do.
         joint: (n, 6) joint angles measured on the output side [rad], NaN where not measured; None where the file has
@@ -52,6 +59,7 @@ class Measurements:
 
     state: State
     position: Array
+    T_frame_object: Array | None = None
     rotation: Array | None = None
     joint: Array | None = None
     sigma: Array | None = None
@@ -90,6 +98,11 @@ class Measurements:
             return self.source, None
         source = self.sources[self.file[index] if self.file else 0]
         return source, source.line_span(self.line[index])
+
+    @property
+    def touched_programs(self) -> tuple[str, ...]:
+        """Hashes (SHA-256) of the touched-up programs that the tables name in their first lines."""
+        return tuple(m.decode() for source in self.sources for m in TOUCHED.findall(source.data))
 
     @cached_property
     def usable(self) -> NDArray[np.bool_]:
@@ -148,7 +161,7 @@ class Measurements:
     def rows(self, index: NDArray[Any] | Sequence[int]) -> Measurements:
         """Return the rows of an index, slice or mask, in that order."""
         picked = np.arange(len(self))[np.asarray(index)]
-        some: dict[str, Any] = {name: getattr(self, name) for name in ("position", "rotation", "joint", "sigma")}
+        some: dict[str, Any] = {name: getattr(self, name) for name in ROWS}
         some = {name: values if values is None else values[picked] for name, values in some.items()}
         some["readings"] = None if self.readings is None else self.readings.rows(picked)
         for name in ("pose_id", "row", "line", "file"):

@@ -129,6 +129,7 @@ class _Fit(FileTable):
         surest: the vectors, SI, of effects that are others without these.
         range: lowest and highest value of each channel that was measured.
         data, data_sha256: the tables.
+        touched_sha256: programs whose touch-ups they hold.
         version: of postproc.
     """
 
@@ -146,6 +147,7 @@ class _Fit(FileTable):
     version: str = ""
     data: str | list[str] = ""
     data_sha256: str | list[str] = ""
+    touched_sha256: list[str] = []
     parameters: Names = []
     sigma: list[NotNegative] = []
     correlation: str = ""

@@ -12,6 +12,8 @@ from postproc.effects.roles import Role
 from postproc.model.arm import Model
 from postproc.model.deflection import Deflection
 from postproc.model.loads import loaded_state
+from postproc.model.uncertainty import Uncertainty, read_uncertainty
+from postproc.model.undetermined import full_covariance
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import jacobian
 
@@ -20,8 +22,10 @@ QUANTILES = (0.025, 0.975)
 NORMAL_95 = 1.959964  # standard deviations of a normal distribution that hold 95 %
 STIFFNESS_FACTOR = np.array([4, 3, 2.5, 2.5, 3.5, 2.5])
 """Factors that hold 95 % of arms about the rule of the library, where an arm's file states none (docs/robot.md)."""
-PUBLISHED_FACTOR, UNKNOWN_FACTOR = 1.5, 10.0
+PUBLISHED_FACTOR, UNKNOWN_FACTOR = 2.5, 10.0
 """The same about a stiffness that was measured on one arm of the type, and about an ordinary size of any arm."""
+LEAST_SPREAD = 1e-9  # of a logarithm: what is known exactly
+STIFFEST = 1e-12  # [rad/(N m)] a joint that hardly gives at all
 
 
 def stiffness_factors(robot: Robot) -> Array:
@@ -31,6 +35,44 @@ def stiffness_factors(robot: Robot) -> Array:
     if robot.joint_compliance is None:
         return np.full(6, UNKNOWN_FACTOR)
     return np.full(6, PUBLISHED_FACTOR) if robot.stiffness_source == "measured" else STIFFNESS_FACTOR
+
+
+def spring_covariance(model: Model, known: Uncertainty | None = None) -> Array:
+    """Return the covariance (6, 6) of the logarithms of the joint compliances over those of the model.
+
+    It is that of a fit, where the model has one: of a parameter with standard deviation s at a compliance c the
+    logarithm scatters by sqrt(ln(1 + s^2 / c^2)), with the correlations of the fit. A joint that no fit knows scatters
+    as arms of the type do (`stiffness_factors`).
+
+    Args:
+        known: what the fit knows of its errors; None for what the model file says.
+    """
+    spring, known = model.in_role(Role.JOINT_SPRINGS), known or read_uncertainty(model)
+    S = np.diag((np.log(stiffness_factors(model.robot)) / NORMAL_95) ** 2)
+    if spring is None or known is None:
+        return S
+    every = (*known.parameters, *known.held)
+    joints = [j for j in range(6) if (spring.key, j) in every]
+    column = [every.index((spring.key, j)) for j in joints]
+    fitted, c = full_covariance(known)[np.ix_(column, column)], np.maximum(spring.vector()[joints], STIFFEST)
+    sigma = np.maximum(np.sqrt(np.diag(fitted)), LEAST_SPREAD * c)
+    spread = np.sqrt(np.log1p((sigma / c) ** 2))
+    S[np.ix_(joints, joints)] = fitted / np.outer(sigma, sigma) * np.outer(spread, spread)
+    return S
+
+
+def scatter_covariance(model: Model, springs: Array | None = None) -> Array:
+    """Return the covariance (12, 12) of the logarithms of the six compliances and of the masses of bodies 1 to 6.
+
+    Nobody who knows the springs of a model knows the masses of its links by that: they scatter as those of the type.
+
+    Args:
+        springs: (6, 6) of the compliances, where more is known of them; None for `spring_covariance`.
+    """
+    masses = np.ones(7) if model.robot.mass_factor is None else model.robot.mass_factor
+    S = np.diag(np.concatenate([np.zeros(6), np.log(masses[1:]) ** 2]))
+    S[:6, :6] = spring_covariance(model) if springs is None else springs
+    return S
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,64 +89,55 @@ class Scatter:
     after_gauge: tuple[float, float] | None = None
 
 
-def remaining_fraction(model: Model, state: State) -> tuple[float, float]:
-    """Return the share of the deflection that remains after a correction with the stiffness of the type: `scatter_of`.
-
-    Args:
-        state: n states with all loads, where the correction is made.
-    """
-    return scatter_of(model, state).remaining
-
-
-def scatter_of(model: Model, state: State, known: Array | None = None) -> Scatter:
+def scatter_of(model: Model, state: State, known: Array | None = None, weights: bool = True) -> Scatter:
     """Return 95 % intervals of what remains of the deflection after a correction with the stiffness of the type.
 
     The deflection of the TCP is d = sum_js x_js, the share of joint j under source s (bodies 1 to 6; all that is
     stated: payload, force, effects), x_js = J_j c_j tau_js. An arm has a_js = f_j g_s times as much of each: f_j its
-    compliance over the estimate, log-normal with 95 % within the arm's factor; g_s its mass over the estimate,
-    log-normal with one standard deviation at the body's factor, 1 for what is stated. Over all states, with the Gram
-    matrix G of the shares, what remains of that arm's deflection is rho = sqrt((a - 1)^T G (a - 1) / a^T G a), and of
-    the estimated one sqrt((a - 1)^T G (a - 1) / 1^T G 1): soft arms bend more. Quantiles of 2.5 % and 97.5 % are taken
-    over a scrambled Sobol sequence (Owen 1998), the same every time. Above 1 the correction is worse than none.
+    compliance over that of the model, g_s its mass over the estimate, both log-normal, 1 for what is stated. Over all
+    states, with the Gram matrix G of the shares, what remains of that arm's deflection is rho = sqrt((a - 1)^T G (a -
+    1) / a^T G a), and of the estimated one sqrt((a - 1)^T G (a - 1) / 1^T G 1): soft arms bend more. Quantiles of 2.5 %
+    and 97.5 % are taken over a scrambled Sobol sequence (Owen 1998), the same every time. Above 1 the correction is
+    worse than none.
 
     Args:
         state: n states with all loads, where the correction is made.
-        known: (6, 6) covariance of the logarithms of f, where measurements have told something of them.
+        known: (12, 12) covariance of the logarithms of f and g; None for `scatter_covariance`.
+        weights: False counts the deflection by stated loads alone, without that by the weights of the links.
     """
     from scipy.stats import norm, qmc
 
-    parts = _shares(model, state)
-    gram = parts @ parts.T
+    parts = deflection_shares(model, state)
+    parts[:, :6] *= weights
+    gram = (flat := parts.reshape(42, -1)) @ flat.T
     if not gram.any():
         return Scatter((0.0, 0.0), (0.0, 0.0))
-    robot = model.robot
-    masses = np.ones(7) if robot.mass_factor is None else robot.mass_factor
-    spread = np.diag(np.log(stiffness_factors(robot)) / NORMAL_95) if known is None else np.linalg.cholesky(known).T
-    drawn = norm.ppf(qmc.Sobol(12, rng=np.random.default_rng(0)).random(DRAWS))
-    sources = np.column_stack([np.exp(drawn[:, 6:] * np.log(masses[1:])), np.ones(DRAWS)])
-    a = (np.exp(drawn[:, :6] @ spread)[:, :, None] * sources[:, None, :]).reshape(DRAWS, -1)
+    size, turned = np.linalg.eigh(scatter_covariance(model) if known is None else known)
+    normal = norm.ppf(qmc.Sobol(12, rng=np.random.default_rng(0)).random(DRAWS))
+    drawn = np.exp(normal @ (turned * np.sqrt(np.maximum(size, 0.0))) @ turned.T)
+    sources = np.column_stack([drawn[:, 6:], np.ones(DRAWS)])
+    a = (drawn[:, :6, None] * sources[:, None, :]).reshape(DRAWS, -1)
     remaining, full = (np.einsum("kp,pq,kq->k", x, gram, x, optimize=True) for x in (a - 1.0, a))
     shares = np.sqrt(np.maximum(remaining, 0.0) / [full, np.full(DRAWS, gram.sum())])
     (low, high), (least, most) = np.quantile(shares, QUANTILES, axis=1).T.tolist()
     return Scatter((low, high), (least, most))
 
 
-def _shares(model: Model, state: State) -> Array:
-    """Return the shares (42, 3 n) of the TCP's deflection [m] by joint and source of its torque.
+def deflection_shares(model: Model, state: State) -> Array:
+    """Return the shares (6, 7, n, 3) of the TCP's deflection [m] by joint and source of its torque.
 
-    Rows run over the six joints, for each of them over the weights of bodies 1 to 6 and then all stated loads. They are
-    zero without joint springs.
+    Sources are the weights of bodies 1 to 6, then all stated loads. The shares are zero without joint springs.
     """
     spring = model.in_role(Role.JOINT_SPRINGS)
     if spring is None:
-        return np.zeros((42, 3 * len(state)))
+        return np.zeros((6, 7, len(state), 3))
     state = model.with_arm(state)
     full = _torques(model, state)
     bare = state.with_(payload_mass=None, wrench=None)
     single = [_torques(_only(model, body), bare) for body in range(1, 7)]
     torques = np.stack([*single, full - np.sum(single, axis=0)])  # (7, n, 6)
     columns = jacobian(model.robot, state.q, state.T_flange_tcp)[:, :3] * spring.vector()  # (n, 3, 6)
-    return np.einsum("nij,snj->jsni", columns, torques).reshape(42, -1)
+    return np.einsum("nij,snj->jsni", columns, torques)
 
 
 def _torques(model: Model, state: State) -> Array:

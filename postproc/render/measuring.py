@@ -1,12 +1,14 @@
-"""A RAPID program that visits poses to be measured, each joint coming from the stated side, and waits there."""
+"""RAPID programs that visit poses to be measured, or the set-ups of a plan, and wait there."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
+from postproc.identification.planning.setups import BACK, SetupPlan
 from postproc.render.templates import environment, fill, load_template
 from postproc.robot.arm import Robot
 
@@ -52,3 +54,22 @@ def measuring_module(
     template = load_template(environment(), "measuring_module.j2")
     values = {"module": "MeasurePoses", "table": table, "poses": poses, "wait_s": SETTLE_S}
     return (fill(template, values) + "\n").encode("latin-1", "replace")
+
+
+def setups_module(plan: SetupPlan, table: str, signal: str) -> bytes:
+    """Text of a RAPID program that stops at each set-up of a plan for what is to be done there.
+
+    At a gauge it stops for the zero without the load and for the reading with it. Tips are touched by jogging, planes
+    by a search; the program then writes the joint angles of each touch into the table itself, on the controller.
+
+    Args:
+        table: name of the table. signal: digital input of the search that says when a plane is touched.
+    """
+    robot, kind, tool = plan.model.robot, plan.kind, plan.model.T_flange_tcp
+    run_up = np.clip(plan.begin - RUN_UP, robot.lower, robot.upper)
+    columns = {"id": plan.ids, "words": plan.words, "name": plan.names, "joints": plan.begin, "approach": run_up}
+    columns |= {"load": plan.loads, "kg": plan.state.payload_mass, "search": -2e3 * BACK * plan.direction}
+    stops = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+    values = {"table": table, "stops": stops, "kind": kind, "signal": signal, "wait_s": SETTLE_S}
+    values |= {"tool": 1e3 * tool[:3, 3], "turn": Rotation.from_matrix(tool[:3, :3]).as_quat(scalar_first=True)}
+    return (fill(load_template(environment(), "setups_module.j2"), values) + "\n").encode("latin-1", "replace")

@@ -59,6 +59,14 @@ def render_certificate(document: Document) -> str:
     return str(render("certificate.html.j2", document=document, style=asset("page.css"), version=__version__))
 
 
+def render_sheet(document: Document) -> str:
+    """Render a plan of first measurements as a sheet to print: a row of empty boxes for each, then drawings."""
+    drawings = Markup(_html(document.sections[1].blocks[0], ""))
+    return str(
+        render("sheet.html.j2", document=document, drawings=drawings, style=asset("page.css"), version=__version__)
+    )
+
+
 def _html(block: Block, scene: str) -> str:
     """Render a block as HTML, empty where it has nothing to show.
 

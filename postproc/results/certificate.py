@@ -97,7 +97,8 @@ def _on_the_arm(document: Values, kept: bool) -> tuple[Verdict, str]:
     if known is None:
         better = better_figure(document)
         return verdict, f"The model was not fitted to measurements of this arm{better and ': '}{better}."
-    if kept and document["expected_on_arm_mm"][1] <= document["tolerance_mm"]:
+    expected = document["expected_on_arm_mm"]  # None where nothing could be measured
+    if kept and expected is not None and expected[1] <= document["tolerance_mm"]:
         verdict = Verdict.KEPT
     return verdict, f"The fitted model itself is sure to {known['within_95_percent_mm']:.3f} mm (95 %)."
 

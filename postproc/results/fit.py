@@ -8,7 +8,7 @@ import numpy as np
 
 from postproc.estimation.findings import MOST_ROWS_NAMED, cautions
 from postproc.estimation.fitted import Fit
-from postproc.estimation.recorded import beyond_sigma, pose_error_sigma, undetermined
+from postproc.estimation.recorded import beyond_sigma, expected_remaining, pose_error_sigma, undetermined
 from postproc.estimation.solving.setups import lasting
 from postproc.grouping import grouped
 from postproc.identification.add import FitFigures
@@ -58,7 +58,18 @@ def laws_in_symbols(fit: Fit) -> list[str]:
 def known_of(fit: Fit) -> list[str]:
     """Return sentences on undetermined parameters, rows left out, and what to know before relying on the fit."""
     words = (f"{d.message[0].upper()}{d.message[1:]}; {d.help}." for d in cautions(fit))
-    return [*undetermined_sentences(fit), *excluded_rows(fit), *words]
+    shares = expected_remaining(fit)
+    told = [] if shares is None else [_remaining_sentence(*shares)]
+    return [*told, *undetermined_sentences(fit), *excluded_rows(fit), *words]
+
+
+def _remaining_sentence(before: tuple[float, float], after: tuple[float, float]) -> str:
+    """Say how much of the deflection is expected to remain with the stiffness of the type, and with the fitted one."""
+    usual, now = (f"{100 * low:.0f} to {100 * high:.0f} %" for low, high in (before, after))
+    return (
+        f"Of the deflection under the loads of these rows {usual} was expected to remain after a correction with the "
+        f"stiffness of the arm's type; with this model it is {now}."
+    )
 
 
 def undetermined_sentences(fit: Fit) -> list[str]:
@@ -108,6 +119,7 @@ def fit_values(fit: Fit, before: Values | None = None) -> Values:
     Args:
         before: ``error_values`` of the model to which effects were added, None for a first fit.
     """
+    shares = expected_remaining(fit)
     return {
         "schema": "postproc/fit/1",
         "observed": fit.observed.name,
@@ -124,6 +136,8 @@ def fit_values(fit: Fit, before: Values | None = None) -> Values:
         "structure": {e.key: structure_values(fit, e.key) for e in fit.model.effects if e.structures()},
         "undetermined": undetermined_values(fit),
         "not_identifiable": [parameter_name(fit.model, key, i) for key, i in not_identifiable(fit)],
+        "expected_remaining_fraction": shares and [round(x, 3) for x in shares[1]],
+        "expected_remaining_fraction_before": shares and [round(x, 3) for x in shares[0]],
         "at_bound": [parameter_name(fit.model, key, i) for key, i in fit.at_bound],
         "unexplained_mm": mm(pose_error_sigma(fit)),
         "beyond_mm": mm_or_none(beyond_sigma(fit)),

@@ -94,6 +94,7 @@ diagnose cell.toml samples/measurements/simulated_step.csv
 add cell.toml backlash transmission_error nonlinear_compliance --data backlash.csv -o better.toml
 compensate samples/corner_arc.mod -m better.toml --already geometry,gravity --wobj-taught all
 plan cell.toml backlash.csv -n 3
+plan irb4600_60_205 -n 3 --kind gauge --load 20
 plan cell.toml backlash.csv -n 3 --between gravity_compensator,transmission_error
 runtime write -m better.toml -o ppModel.sys
 runtime check ppModel.sys -m better.toml

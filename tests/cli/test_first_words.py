@@ -21,7 +21,7 @@ FITTED = (
     + effect("joint_compliance", "compliance_rad_per_Nm = [4e-6, 4e-7, 3e-7, 2e-6, 2e-6, 3e-6]")
     + '[fit]\nparameters = ["joint_compliance.compliance_rad_per_Nm[1]"]\ncovariance = [[1.6e-15]]\nunexplained_mm = 0.04\n'
 )
-WAY = "this arm is not measured: with the stiffness of its type {} to {} % of its deflection remain, about {} to {} % after 12 readings with a dial gauge (postproc plan irb4600_40_255 -n 12 --kind gauge --load KG --pull 100)"
+WAY = "the stiffness of this arm is not measured: with that of its type {} to {} % of its deflection remain, about {} to {} % after 12 readings with a dial gauge (postproc plan irb4600_40_255 -n 6 --kind gauge --load KG --pull 100)"
 
 
 def sentence_of(path: Path) -> str:

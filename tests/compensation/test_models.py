@@ -137,10 +137,10 @@ def test_an_estimated_stiffness_says_what_it_means() -> None:
     least, most = estimate.report["expected_remaining_fraction_after_gauge"]
     assert 0.0 < least < low < 0.5 < most < high
     sentence = (
-        f"this arm is not measured: with the stiffness of its type {100 * low:.0f} to {100 * high:.0f} % of its deflection"
+        f"the stiffness of this arm is not measured: with that of its type {100 * low:.0f} to {100 * high:.0f} % of its deflection"
         f" remain, about {100 * least:.0f} to {100 * most:.0f} % after 12 readings with a dial gauge"
     )
-    assert f"! {sentence} (`postproc plan irb4600_40_255 -n 12 --kind gauge --load KG --pull 100`)" in written(estimate)
+    assert f"! {sentence} (`postproc plan irb4600_40_255 -n 6 --kind gauge --load KG --pull 100`)" in written(estimate)
     certificate = render_certificate(program_certificate("p.mod", estimate))
     assert f"T{sentence[1:]}" in render_page(conversion_document("p.mod", estimate))
     assert sentence in certificate and Verdict.NOT_SHOWN.value in certificate

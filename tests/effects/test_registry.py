@@ -42,6 +42,7 @@ KEYS = [
     "external_axis_error",
     "external_axis_compliance",
     "session",
+    "work_object",
     "reflector",
     "setup",
     "outlier",

@@ -6,7 +6,7 @@
 MODULE HullSeam
   ! postproc 0.1.0: compensated for irb4600_60_205
   ! expected on the arm while the arc burns: 0.06 to 1.03 mm
-  ! this arm is not measured: with the stiffness of its type 3 to 45 % of its deflection remain, about 1 to 5 % after 12 readings with a dial gauge (`postproc plan irb4600_60_205 -n 12 --kind gauge --load KG --pull 100`)
+  ! the stiffness of this arm is not measured: with that of its type 3 to 45 % of its deflection remain, about 1 to 5 % after 12 readings with a dial gauge (`postproc plan irb4600_60_205 -n 6 --kind gauge --load KG --pull 100`)
   ! model: joint_compliance
   ! on the TCP: force 200, -200, -200 N, along the whole program
   ! deviation in the model while the arc burns: 2.194 mm before, 0.009 mm after

@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 from postproc.channels.state import State
 from postproc.compensation.judgement.type_scatter import type_scatter
 from postproc.model.file import default_model
-from postproc.model.scatter import remaining_fraction, scatter_of
+from postproc.model.scatter import scatter_of
 from tests.independent import arm as A
 
 TCP = A.shift(0.0, 0.0, 0.35)
@@ -55,14 +55,14 @@ def test_the_interval_holds_the_arms_that_are_drawn():
 
 def test_what_is_known_leaves_nothing():
     sure = replace(MODEL.robot, stiffness_factor=np.ones(6), mass_factor=np.ones(7))
-    assert remaining_fraction(replace(MODEL, robot=sure), states(4, 5)) == (0.0, 0.0)
+    assert scatter_of(replace(MODEL, robot=sure), states(4, 5)).remaining == (0.0, 0.0)
 
 
 def test_one_spring_alone_has_a_closed_form():
     """Joint 2 alone, masses known: 95 % of arms leave |1 - 1/f| with f log-normal, which rises on both sides of 1."""
     springs = MODEL.effects[0].with_vector(np.array([0, 1e-6, 0, 0, 0, 0.0]))
     robot = replace(MODEL.robot, mass_factor=np.ones(7), stiffness_factor=np.full(6, 3.0))
-    interval = remaining_fraction(replace(MODEL, robot=robot, effects=(springs,)), states(5, 8))
+    interval = scatter_of(replace(MODEL, robot=robot, effects=(springs,)), states(5, 8)).remaining
     z = np.random.default_rng(0).normal(size=400_000)
     assert interval == pytest.approx(tuple(np.quantile(np.abs(1 - 3 ** (-z / 1.959964)), [0.025, 0.975])), rel=0.03)
 

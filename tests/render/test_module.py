@@ -13,7 +13,9 @@ from tests.build import DATA, codes, convert, module, target, written
 P1 = f"CONST robtarget p1:={target(1350, -500)};"
 PLAIN = module(P1, f"MoveJ p1,v200,fine,tT;\nMoveL {target(1350, -400)},v50,fine,tT;")
 OTHER = f"  CONST robtarget p9:={target(1350, -300)};\n  PROC other()\n    MoveL p9,v50,fine,tT;\n  ENDPROC\n"
-HEADER = re.compile(r"(?:^[ \t]*! (?:postproc|model|on the TCP|deviation|0 targets)[^\n]*\n){5}", re.M)
+HEADER = re.compile(
+    r"(?:^[ \t]*! (?:postproc|expected|the stiffness|model|on the TCP|deviation|0 targets)[^\n]*\n){7}", re.M
+)
 NUMBER = re.compile(r"[+-]?\d+\.?\d*(?:E[+-]?\d+)?")
 LINE_ENDS = pytest.mark.parametrize("newline", ["\n", "\r\n"])
 

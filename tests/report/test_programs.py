@@ -174,6 +174,7 @@ VERDICTS = [
     (fitted(0.005), {"after_mm": None}, Verdict.NOT_KEPT),
     (fitted(0.005), {"left": 1}, Verdict.NOT_KEPT),
     ({**fitted(0.005), "unproved_statements": 1}, {}, Verdict.NOT_KEPT),
+    ({**fitted(0.005), "expected_on_arm_mm": None}, {}, Verdict.NOT_SHOWN),
 ]
 
 

@@ -9,8 +9,9 @@ from postproc.cli.inputs import read_source
 from postproc.cli.options import Distance, Flag, ReportFile
 from postproc.cli.output import check_outputs, present
 from postproc.cli.printing import show
+from postproc.cli.programs import sound_program
 from postproc.cli.progress import watching
-from postproc.diagnostics import PostprocError, has_errors
+from postproc.diagnostics import PostprocError
 from postproc.files import real
 
 if TYPE_CHECKING:
@@ -94,10 +95,6 @@ def _read(name: str) -> Program:
     Raises:
         PostprocError: there is an error among them, or the file cannot be read.
     """
-    from postproc.rapid.program.program import read_program
-
-    program = read_program(read_source(name))
-    if has_errors(program.diagnostics):
-        raise PostprocError(program.diagnostics)
+    program = sound_program(read_source(name))
     show(program.diagnostics)
     return program

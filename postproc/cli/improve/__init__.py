@@ -1,1 +1,4 @@
-"""Commands on models: `fit`, `compare`, `diagnose`, `add`, `predict`, `plan`; common: `model_options`."""
+"""Commands on models: `fit`, `compare`, `diagnose`, `add`, `predict`, `plan`, `first_plan`, `touchups`.
+
+Common to them: `model_options`.
+"""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Set
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -55,6 +54,7 @@ def run(
     """
     import numpy as np
 
+    from postproc.effects.roles import FRAME_ROLES
     from postproc.estimation.recorded import no_farther_than_nominal, recorded_model, silent
     from postproc.identification.add import fit_effects
     from postproc.model.arm import Model
@@ -70,14 +70,19 @@ def run(
     station = _station(cell, mounting)
     say(f"{assumed(arm.name, [c.key for c in classes], table.sigma)}; {robot_from}")
     measured = table.read(data, arm, at=station)
+    default = effects is None and stated.effects is None
+    if default and measured.T_frame_object is not None:
+        stays = FRAME_ROLES if measured.state.session is None else FRAME_ROLES[1:]
+        keys = " and ".join(f"`{cls.key}`" for cls in classes if cls.role in stays)
+        say(f"the table states what {keys} would find: not fitted unless `--effects` names it")
+        classes = [cls for cls in classes if cls.role not in stays]
     turned = stated.mounting or (0.0, 0.0, 0.0) if mounting is None else parse_vector("--mounting", mounting, "180,0,0")
-    model = Model(arm, R_world_base=rpy(np.radians(turned)), robot_name=robot)
-    model = model if tool is None else replace(model, T_flange_tcp=parse_tool(tool))
+    T_flange_tcp = np.eye(4) if tool is None else parse_tool(tool)
+    model = Model(arm, (), rpy(np.radians(turned)), T_flange_tcp, robot)
     model = model if station is None else model.at_station(station)
     with watching("fitting") as watch:
         fit = fit_effects(model, measured, classes, noise=table.sigma, watch=watch)
-        # Readings of a gauge show changes alone: what no row shows would only make predictions less sure.
-        if effects is None and measured.readings is not None and (nothing := silent(fit)):
+        if default and measured.readings is not None and (nothing := silent(fit)):
             say(f"the rows say nothing of {joined([f'`{key}`' for key in nothing])}: left out; `--effects` names more")
             classes = [c for c in classes if c.key not in nothing]
             fit = fit_effects(model, measured, classes, noise=table.sigma, watch=watch)

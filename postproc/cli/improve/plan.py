@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from postproc.cli.improve.first_plan import FirstOptions, plan_first
 from postproc.cli.improve.model_options import ArmOptions, MeasuredOptions, opened
 from postproc.cli.inputs import short_names
-from postproc.cli.options import AS_WRITTEN, ArmFile, Flag, Output, ReportFile, Tables
+from postproc.cli.options import AS_WRITTEN, Flag, Output, ReportFile
 from postproc.cli.output import present, write
 from postproc.cli.printing import say_next
 from postproc.cli.progress import watching
@@ -22,9 +23,9 @@ if TYPE_CHECKING:
 
 
 def run(
-    model: ArmFile,
+    model: Annotated[Path, Parameter(help="TOML file of the arm; without a table also a name of the library.")],
     /,
-    *data: Tables,
+    *data: Annotated[str, Parameter(help="tables of measured poses (CSV); - reads stdin. None: with --kind.")],
     between: str | None = None,
     count: Annotated[int, AS_WRITTEN, Parameter(name=["--count", "-n"], validator=Number(gte=1, lte=1000))] = 20,
     output: Output = None,
@@ -35,12 +36,15 @@ def run(
     measured_range: Flag = False,
     payloads: str | None = None,
     force: Annotated[float, Parameter(validator=Number(gte=0))] = 0.0,
+    first: FirstOptions = FirstOptions(),
     arm_options: ArmOptions = ArmOptions(),
     table: MeasuredOptions = MeasuredOptions(),
     report: ReportFile = None,
     json: Flag = False,
 ) -> int:
     """Choose the poses to measure next: to tell two effects apart, or to sharpen what is determined worst.
+
+    Without a table: what to measure first with a dial gauge, a tip, a cube, a ball bar or an instrument.
 
     Args:
         between: two effects to be told apart, KEY,KEY. Default: sharpen the worst-determined parameters.
@@ -60,6 +64,15 @@ def run(
     from postproc.render.measuring import measuring_module
     from postproc.results.plan import plan_document
 
+    if not data:
+        if between or candidates or sight or measured_range or payloads or force:
+            text = "`--between`, `--candidates`, `--sight`, `--measured-range`, `--payloads` and `--force` need a table"
+            raise PostprocError.of("CLI017", text, help="name the table after the model, or leave them out")
+        box, sigma = _box(region), table.sigma
+        files = (output, rapid, report)
+        return plan_first(model, first, arm_options, count, files, box=box, sigma=sigma, json=json)
+    if first.kind is not None:
+        raise PostprocError.of("CLI017", "`--kind` is for a plan without a table", help="leave the table out")
     arm, measured = opened(model, data, arm_options, table, output, rapid, report, also=candidates)
     listed = None if candidates is None else table.read([candidates], arm.robot, False, arm.station).state
     q, axes = (None, None) if listed is None else (listed.q, listed.external_axes)

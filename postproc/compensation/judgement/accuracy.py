@@ -106,10 +106,10 @@ def better_figure(values: Mapping[str, Any]) -> str:
     if remaining is None:
         return ""
     now, then = ("{:.0f} to {:.0f} %".format(*(100 * x for x in shares)) for shares in (remaining, after or remaining))
-    text = f"this arm is not measured: with the stiffness of its type {now} of its deflection remain"
+    text = f"the stiffness of this arm is not measured: with that of its type {now} of its deflection remain"
     if after is None or after[1] > WORTH * remaining[1]:
         return f"{text} (`postproc plan` says what to measure)"
-    plan = f"`postproc plan {values['robot']} -n {READINGS} --kind gauge --load KG --pull {PULL_N:g}`"
+    plan = f"`postproc plan {values['robot']} -n {READINGS // 2} --kind gauge --load KG --pull {PULL_N:g}`"
     return f"{text}, about {then} after {READINGS} readings with a dial gauge ({plan})"
 
 

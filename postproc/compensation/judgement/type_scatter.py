@@ -10,7 +10,7 @@ from postproc.arrays import GRAVITY, Array
 from postproc.channels.state import State
 from postproc.effects.roles import Role
 from postproc.model.arm import Model
-from postproc.model.scatter import NORMAL_95, Scatter, scatter_of, stiffness_factors
+from postproc.model.scatter import NORMAL_95, Scatter, scatter_covariance, scatter_of, stiffness_factors
 from postproc.robot.kinematics import jacobian
 
 READINGS, READING_SIGMA = 12, 1e-5
@@ -47,7 +47,7 @@ def has_type_stiffness(model: Model) -> bool:
 
 
 def _known_after_gauge(model: Model, state: State) -> Array | None:
-    """Return the covariance (6, 6) that readings of a dial gauge leave of the logarithms of the compliances.
+    """Return the covariance (12, 12) of `scatter_covariance` that readings of a dial gauge leave.
 
     At states spread over the program the TCP is loaded along a unit vector u, in turn along the two horizontal axes of
     the world, with `PULL_N`, and along gravity, with the rated payload. A gauge along u is read with that load F and
@@ -65,5 +65,5 @@ def _known_after_gauge(model: Model, state: State) -> Array | None:
     force = np.array([PULL_N, PULL_N, GRAVITY * robot.payload])[axis]
     shown = force[:, None] * along**2 * spring.vector()
     spread = np.maximum(np.log(stiffness_factors(robot)) / NORMAL_95, 1e-9)
-    told = np.diag(spread**-2.0) + shown.T @ shown / (2 * READING_SIGMA**2)
-    return np.asarray(np.linalg.inv(told))
+    information = np.diag(spread**-2.0) + shown.T @ shown / (2 * READING_SIGMA**2)
+    return scatter_covariance(model, np.linalg.inv(information))

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 
 from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.rapid.syntax.tokens import names_at
@@ -20,6 +21,19 @@ _ADDED = re.compile(
     rb"pp(?:(?:Line|Arc)Point|(?:Line|Arc|Bend)(?:Keep|Conf)|LineBend)\d*+[ \t]*+\()",
     re.MULTILINE,
 )
+
+
+def say_touched_up(sources: Iterable[Source], touched: Collection[str]) -> Iterator[Diagnostic]:
+    """CMP028 (error) for each program whose touch-ups the model was fitted to: they hold the correction already.
+
+    Args:
+        touched: hashes (SHA-256) of such programs.
+    """
+    for source in sources if touched else ():
+        if hashlib.sha256(source.data).hexdigest() in touched:
+            text = "the model was fitted to the touch-ups of this very program: it would be corrected twice"
+            help_ = "compensate the nominal program, which was named first in `postproc touchups`"
+            yield Diagnostic("CMP028", "error", text, source, help=help_)
 
 
 def say_corrected_before(sources: Iterable[Source]) -> Iterator[Diagnostic]:

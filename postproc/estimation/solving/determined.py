@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect
-from postproc.estimation.priors import is_placed, prior_of
+from postproc.estimation.priors import may_be_anywhere, prior_of
 from postproc.estimation.problem import Problem
 from postproc.estimation.solving.step import Masks, Name, Slope, sizes
 
@@ -47,11 +47,13 @@ def slope(
             good = np.einsum("np,np->p", columns, columns) > 0
         else:
             good = np.zeros(len(index), dtype=bool)
+            prior = problem.few and effect.key not in problem.anywhere
             far = np.maximum(10 * sizes(problem, effect), np.abs(effect.vector()))[index]
             first = np.array([(effect.key, int(i)) in before for i in index])
             for group in (first, ~first):
                 if group.any():
-                    good[group], basis = _determined(columns[:, group], far[group], basis)
+                    good[group], extended = _determined(columns[:, group], far[group], basis, prior)
+                    basis = basis if prior else extended
         kept.append(columns if good.all() else columns[:, good])
         parameters += [(effect.key, int(i)) for i in index[good]]
         unidentifiable += [(effect.key, int(i)) for i in index[~good]]
@@ -67,16 +69,16 @@ def slope(
         anchor,
         centre,
         problem.weights,
-        problem.read is not None,
+        problem.few,
     )
 
 
-def _determined(columns: Array, ordinary: Array, basis: Array) -> tuple[NDArray[np.bool_], Array]:
+def _determined(columns: Array, ordinary: Array, basis: Array, prior: bool) -> tuple[NDArray[np.bool_], Array]:
     """Return (k,) mask of the columns that add a new direction to a basis, and the basis (N, b + ..) extended by them.
 
     Args:
         columns: (N, k) whitened derivatives by k parameters; ordinary: (k,) largest plausible change of each parameter.
-        basis: (N, b) orthonormal.
+        basis: (N, b) orthonormal. prior: whether priors take part, which tell columns apart that repeat each other.
     """
     from scipy.linalg import qr
 
@@ -89,6 +91,7 @@ def _determined(columns: Array, ordinary: Array, basis: Array) -> tuple[NDArray[
     triangle, pivot = qr(np.linalg.qr(unit, mode="r"), mode="r", pivoting=True)
     diagonal = np.zeros(len(ordinary))
     diagonal[pivot[: min(triangle.shape)]] = np.abs(np.diag(triangle))
+    diagonal = np.linalg.norm(unit, axis=0) if prior else diagonal
     good = alive & (diagonal > 1e-7) & (diagonal * length * ordinary > 1.0)
     return good, np.hstack([basis, np.linalg.qr(unit[:, good])[0]]) if good.any() else basis
 
@@ -113,12 +116,16 @@ def _pulls(problem: Problem, parameters: list[Name]) -> tuple[Array, Array]:
     It is weak and goes to null (`pull`), but for readings without a tracker: these are few, say little of many
     parameters, and are fitted together with the priors.
     """
-    if problem.read is None:
+    if not problem.few:
         every = {e.key: pull(problem, e) for e in problem.model.effects}
         return np.array([every[key][i] for key, i in parameters]), np.zeros(len(parameters))
     weight, centre = dict[str, Array](), dict[str, Array]()
     for effect in problem.model.effects:
-        prior, free = prior_of(effect, problem.model), is_placed(effect) or effect.roughness() is not None
+        # About null: where a step has led makes no size ordinary.
+        prior, free = (
+            prior_of(effect.with_vector(effect.null_vector()), problem.model),
+            effect.key in problem.anywhere or effect.roughness() is not None,
+        )
         deviation = prior.deviation()
         known = np.isfinite(deviation) & (deviation > 0) & ~free
         weight[effect.key] = np.where(known, 1.0 / np.where(known, deviation, 1.0), 0.0)
@@ -133,7 +140,7 @@ def pull(problem: Problem, effect: Effect) -> Array:
     barely determines from running away. Coordinates of either sign (the ends of a hose) are pulled by one over `WIDE`
     ordinary sizes: along a valley of equal fits lies one that an arm may have.
     """
-    if is_placed(effect):  # instruments and reflectors may be anywhere
+    if may_be_anywhere(effect):  # instruments and reflectors may be anywhere
         return np.zeros(len(effect.vector()))
     places = ~effect.amplitudes() & (effect.bounds()[0] < 0)
     wide = np.where(effect.amplitudes(), 10 * WIDE, np.where(places, WIDE, np.inf))

@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.effects.base import Effect
+from postproc.effects.roles import Role
+from postproc.effects.similarity import ordinary_sizes
 from postproc.estimation.fitted import Fit
 from postproc.estimation.posterior import yielding
 from postproc.estimation.priors import is_placed, prior_of
 from postproc.estimation.solving.determined import slope
+from postproc.model.arm import StatedPrior
 
+CLEARLY = 4.0
+"""Twice the logarithm of the odds by which another size must be likelier than the ordinary one."""
+SIZES = (0.3, 0.1)
+"""Factors of the ordinary sizes that an arm may have: some are calibrated well."""
 SETTLE_PASSES = 4
 SETTLED_CHANGE = 0.02
 """Standard deviations below which a move of every parameter is none."""
@@ -43,6 +52,63 @@ def settled(fit: Fit) -> Fit:
     return replace(fit, pull=pull, centre=centre)
 
 
+def settled_by_size(fit: Fit) -> Fit:
+    """Return the fit settled with the ordinary sizes of each parameter times one of `SIZES`, the likeliest one by one.
+
+    Few and noisy rows tell little of each joint's zero, and more of how large the zeros of this arm are together: an
+    arm that hardly needs them is not given the noise of the rows for them (empirical Bayes, MacKay 1992). With residual
+    r, columns A, prior deviations S and deviations z from the priors in units of S, the logarithm of the marginal
+    likelihood is -(|r|^2 / s^2 + |z|^2 + ln det(I + S A^T A S / s^2)) / 2. Priors that the model states stay.
+    """
+    best = settled(_with_sizes(fit, {}))
+    scatter, sizes = best.scatter_of_parameters, dict[str, float]()
+    for name in [f"{e.key}.{name}" for e in fit.model.effects if _has_size(e) for name in e.parameters()]:
+        for size in SIZES:
+            trial = settled(_with_sizes(fit, {**sizes, name: size}))
+            if _log_marginal(trial, scatter) > _log_marginal(best, scatter) + CLEARLY:
+                best, sizes[name] = trial, size
+    return best
+
+
+def _has_size(effect: Effect) -> bool:
+    """Return whether the prior of an effect is its ordinary size."""
+    return not is_placed(effect) and effect.roughness() is None and effect.role is not Role.JOINT_SPRINGS
+
+
+def _with_sizes(fit: Fit, sizes: Mapping[str, float]) -> Fit:
+    """Return the fit with ordinary sizes of parameters times factors, by name, as the priors that its model states."""
+    model = fit.model
+    stated = {
+        f"{e.key}.{name}": StatedPrior(0.0, size * ordinary, f"ordinary size times {size:g}, chosen by the rows")
+        for e in model.effects
+        if _has_size(e)
+        for name, amplitude, ordinary in zip(
+            e.names(), e.amplitudes(), ordinary_sizes(e, model.robot).tolist(), strict=True
+        )
+        if amplitude and (size := sizes.get(f"{e.key}.{name.partition('[')[0]}", 1.0))
+    }
+    return replace(fit, problem=replace(fit.problem, model=replace(model, priors={**stated, **model.priors})))
+
+
+def _log_marginal(fit: Fit, scatter: float) -> float:
+    """Return twice the logarithm of the marginal likelihood of `settled_by_size`, but for what all sizes have alike.
+
+    Args:
+        scatter: s^2.
+    """
+    priors, x = {e.key: prior_of(e, fit.model) for e in fit.model.effects}, {e.key: e for e in fit.model.effects}
+    deviation, off = np.ones(len(fit.parameters)), np.zeros(len(fit.parameters))
+    for k, (key, i) in enumerate(fit.parameters):
+        prior, value = priors[key], float(x[key].vector()[i])
+        if key not in fit.problem.anywhere:
+            log = bool(prior.log[i] and value > 0)
+            deviation[k] = prior.spread[i] * (value if log else 1.0)
+            off[k] = (np.log(value / prior.value[i]) if log else value - prior.value[i]) / prior.spread[i]
+    columns = fit.columns * deviation
+    information = np.linalg.slogdet(np.eye(len(off)) + columns.T @ columns / scatter)[1]
+    return -float(np.sum(fit.problem.residual**2) / scatter + off @ off + information)
+
+
 def _pulled(fit: Fit) -> tuple[Array, Array]:
     """Return weight and centre (p,) of the prior of each fitted parameter, as a fit without some rows would have them.
 
@@ -50,7 +116,7 @@ def _pulled(fit: Fit) -> tuple[Array, Array]:
     x - x ln(x / m).
     """
     priors = {e.key: prior_of(e, fit.model) for e in fit.model.effects}
-    free = {e.key for e in fit.model.effects if is_placed(e) or e.roughness() is not None}
+    free = fit.problem.anywhere | {e.key for e in fit.model.effects if e.roughness() is not None}
     pull, centre = np.zeros(len(fit.parameters)), np.zeros(len(fit.parameters))
     vectors = {e.key: e.vector() for e in fit.model.effects}
     for k, (key, i) in enumerate(fit.parameters):

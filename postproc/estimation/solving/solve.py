@@ -211,7 +211,7 @@ def _require_enough(problem: Problem, fitted: int) -> None:
     """
     rows, poses = len(problem.data), len(np.unique(np.round(problem.data.state.q, 6), axis=0))
     numbers, counted = len(problem.residual), f"{len(problem.residual)} measured numbers"
-    if poses < min(FEWEST_POSES_TO_PLACE, rows) and problem.read is None:
+    if poses < min(FEWEST_POSES_TO_PLACE, rows) and not problem.few:
         # Rows of one pose show the noise, and nothing of the arm.
         numbers, counted = numbers * poses // rows, f"{rows} rows of {poses} pose{'s' * (poses > 1)}"
     if numbers <= fitted:

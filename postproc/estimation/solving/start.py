@@ -36,7 +36,7 @@ def _start_frames(problem: Problem) -> Problem:
     Sessions in which the instrument stood elsewhere than in the first one get a frame of their own, in a `session`
     effect. So do reflectors of which the model does not know where they are on the tool, in a `reflector` effect.
     """
-    problem = _with_reflectors(problem)
+    problem = _with_work_objects(_with_reflectors(problem))
     data = problem.data
     rows = np.asarray(np.isfinite(data.position).all(axis=1))
     if data.state.session is None or problem.model.in_role(Role.INSTRUMENT_FRAME) is None:
@@ -90,8 +90,37 @@ def _with_reflectors(problem: Problem) -> Problem:
     others = [name for name in places if name != first]
     new = effect_in_role(Role.REFLECTOR_POINTS).null(first=(first,), reflector=tuple(others))
     new = new.with_vector(np.concatenate([places[name] for name in others]))
-    effects = [e for e in model.effects if e.role is not Role.REFLECTOR_POINTS]
-    # Behind the frames: what does the same as they (joint 6) is not fitted.
+    return _behind_frames(problem, new)
+
+
+def _with_work_objects(problem: Problem) -> Problem:
+    """Return the problem with a place for each work object that rows are stated in, first where the program says it is.
+
+    The frame in which they all stand is that of the one with most rows, where nothing else places it.
+    """
+    model, data = problem.model, problem.data
+    if data.T_frame_object is None or data.state.session is None:
+        return problem
+    stated, session = np.isfinite(data.T_frame_object).all(axis=(1, 2)), data.state.session_of_rows
+    known = model.in_role(Role.WORK_OBJECTS)
+    before = () if known is None else vars(known)["session"]
+    first = largest(session[stated]) if stated.all() else None
+    new = [name for name in dict.fromkeys(session[stated].tolist()) if name != first and name not in before]
+    if not new:
+        return problem
+    places = np.zeros((2, len(before) + len(new), 3))
+    if known is not None:
+        places[:, : len(before)] = known.vector().reshape(2, -1, 3)
+    placed = effect_in_role(Role.WORK_OBJECTS).null(session=(*before, *new)).with_vector(places.ravel())
+    return _behind_frames(problem, placed)
+
+
+def _behind_frames(problem: Problem, new: Effect) -> Problem:
+    """Return the problem with an effect in place of that of its role, behind the frames.
+
+    What does the same as an earlier effect is not fitted: joint 6 turns as the points on a tool do.
+    """
+    effects = [e for e in problem.model.effects if e.role is not new.role]
     at = max((k + 1 for k, e in enumerate(effects) if e.is_frame), default=0)
     return problem.at([*effects[:at], new, *effects[at:]])
 

@@ -69,9 +69,21 @@ class Slope:
 
     @cached_property
     def length(self) -> Array:
-        """(p,) Euclidean lengths of the columns, each with its anchor weight appended; 1 in place of 0."""
-        length = np.sqrt(np.einsum("np,np->p", self.columns, self.columns) + self.anchor**2)
+        """(p,) Euclidean lengths of the columns, each with its anchor weight appended; 1 in place of 0.
+
+        Where priors take part, those of what unknowns of set-ups, which have none, leave of the columns.
+        """
+        columns = self.columns
+        if self.prior and self._flat.any():
+            Q = np.linalg.qr(columns[:, self._flat])[0]
+            columns = np.where(self._flat, columns, columns - Q @ (Q.T @ columns))
+        length = np.sqrt(np.einsum("np,np->p", columns, columns) + self.anchor**2)
         return np.where(length > 0, length, 1.0)
+
+    @property
+    def _flat(self) -> NDArray[np.bool_]:
+        """(p,) parameters that are eliminated, not damped: linear unknowns without a prior, where others have one."""
+        return self.prior & (self.anchor == 0)
 
     @cached_property
     def gram(self) -> Array:
@@ -85,7 +97,8 @@ class Slope:
         More than `MANY_COLUMNS` go through the normal equations, whose rounding errors the next steps correct.
         """
         # What hardly anything determines is damped, so that every step has one solution.
-        pull = np.hypot(np.maximum(self.anchor / self.length, STEP_DAMPING), np.sqrt(self.damping))
+        damping = np.sqrt(self.damping) * ~self._flat
+        pull = np.hypot(np.maximum(self.anchor / self.length, STEP_DAMPING), damping)
         if len(self.parameters) > MANY_COLUMNS:
             from scipy.linalg import LinAlgError, cholesky
 
@@ -104,7 +117,7 @@ class Slope:
         if len(self.parameters) > MANY_COLUMNS:
             other.__dict__.update(gram=self.gram)
         else:
-            added = np.sqrt(damping) * np.eye(len(self.parameters))
+            added = np.diag(np.sqrt(damping) * ~self._flat)
             other.__dict__.update(factor=np.linalg.qr(np.vstack([self.factor, added]), mode="r"))
         return other
 

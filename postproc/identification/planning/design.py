@@ -121,14 +121,7 @@ def sharpen(fit: Fit, pool: Problem, n: int) -> tuple[list[int], float, float, l
     known = arm & determined
     before = float(width[known].max(initial=0.0))
     worst = [entries[i] for i in np.argsort(-np.where(known, width, 0.0))[:3] if known[i]]
-    chosen: list[int] = []
-    for _ in range(n):
-        S = np.eye(3) + np.einsum("cip,pq,cjq->cij", Z, P, Z, optimize=True)
-        gain = np.linalg.slogdet(S)[1]
-        gain[chosen] = -np.inf
-        best = int(np.argmax(gain))
-        chosen.append(best)
-        P = _updated(P, Z[best])
+    chosen, P = choose(Z, P, n)
     after = np.sqrt(np.diag(P))
     return (
         chosen,
@@ -137,6 +130,40 @@ def sharpen(fit: Fit, pool: Problem, n: int) -> tuple[list[int], float, float, l
         worst,
         [entries[i] for i in np.flatnonzero(arm & ~determined)],
     )
+
+
+def choose(
+    Z: Array, P: Array, n: int, weigh: Array | None = None, groups: NDArray[np.int_] | None = None
+) -> tuple[list[int], Array]:
+    """Choose n of c candidates one after another, and return their indices and the covariance (p, p) with them.
+
+    The next one raises ln det(I + Z P Z^T) most (D-optimal), or lowers tr(W P) most, which is by tr((I + Z P Z^T)^-1
+    Z P W P Z^T) (L-optimal; Atkinson, Donev and Tobias 2007).
+
+    Args:
+        Z: (c, m, p) whitened columns. P: (p, p) covariance without them.
+        weigh: (p, p) positive semidefinite W; None for D-optimal.
+        groups: (c, 2) number of the posture of each, of which one is chosen at most, and of what it touches, of which
+            all are chosen as often as there are postures for; None where no two have a posture in common.
+    """
+    posture, touched = (
+        np.column_stack([np.arange(len(Z)), np.zeros(len(Z), dtype=int)]).T if groups is None else groups.T
+    )
+    chosen, free, times = list[int](), np.ones(len(Z), dtype=bool), np.zeros(touched.max(initial=0) + 1, dtype=int)
+    for _ in range(n):
+        ZP = Z @ P
+        S = np.eye(Z.shape[1]) + ZP @ Z.mT
+        if weigh is None:
+            gain = np.linalg.slogdet(S)[1]
+        else:
+            gain = np.trace(np.linalg.solve(S, ZP @ weigh @ ZP.mT), axis1=1, axis2=2)
+        rare = free & (times[touched] == times[touched[free]].min(initial=n))
+        best = int(np.argmax(np.where(rare, gain, -np.inf)))
+        chosen.append(best)
+        free &= posture != posture[best]
+        times[touched[best]] += 1
+        P = _updated(P, Z[best])
+    return chosen, P
 
 
 def separate(fit: Fit, pool: Problem, pair: list[type[Effect]], n: int) -> tuple[list[int], float, float]:

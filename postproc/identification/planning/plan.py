@@ -21,6 +21,7 @@ from postproc.identification.diagnose import diagnose
 from postproc.identification.diagnosis import Diagnosis
 from postproc.identification.planning.design import FULL_RANGE, Room, separate, sharpen
 from postproc.identification.planning.promise import Contest, Promise
+from postproc.identification.planning.table import as_csv, posture_columns
 from postproc.identification.refits import refit_all, without
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model, as_written, with_axes
@@ -96,27 +97,9 @@ class MeasuringPlan:
 
         Its columns are ``pose_id``, joints, approach sides, payload, force and external axes.
         """
-        s = self.state
-        names = ["pose_id", *(f"q{j}_deg" for j in range(1, 7)), *(f"dir{j}" for j in range(1, 7))]
-        columns = [np.degrees(s.q), np.zeros((len(s), 6)) if s.approach is None else s.approach]
-        if s.payload_mass is not None:
-            names.append("payload_kg")
-            columns.append(s.payload_mass[:, None])
-            if s.payload_center is not None:
-                names += [f"payload_{a}_mm" for a in "xyz"]
-                columns.append(s.payload_center * 1e3)
-        if s.wrench is not None:
-            names += [f"f{a}_N" for a in "xyz"]
-            columns.append(s.wrench[:, :3])
-        if self.extax is not None:
-            present = np.flatnonzero(np.isfinite(self.extax).all(axis=0))
-            names += [f"eax_{AXES[k]}" for k in present.tolist()]
-            columns.append(self.extax[:, present])
-        lines = [",".join(names)]
-        for i, row in enumerate(np.hstack(columns)):
-            cells = [f"{x:.4f}" for x in row[:6]] + [f"{x:+.0f}" for x in row[6:12]] + [f"{x:.8g}" for x in row[12:]]
-            lines.append(",".join([f"N{i + 1:03d}", *cells]))
-        return "\n".join(lines) + "\n"
+        state, ids = self.state, [f"N{i + 1:03d}" for i in range(len(self.state))]
+        sided = state if state.approach is not None else state.with_(approach=np.zeros((len(state), 6)))
+        return as_csv(ids, posture_columns(sided, self.extax))
 
 
 def plan_poses(

@@ -19,6 +19,10 @@ MEASURED_JOINTS = tuple(f"mq{j}_deg" for j in range(1, 7))
 COMMAND_POSITION = ("cmd_x_mm", "cmd_y_mm", "cmd_z_mm")
 COMMAND_ORIENTATION = ("cmd_qw", "cmd_qx", "cmd_qy", "cmd_qz")
 CONFIGURATION_COLUMNS = ("cf1", "cf4", "cf6", "cfx")
+TOOL_POSITION = ("tool_x_mm", "tool_y_mm", "tool_z_mm")
+TOOL_ORIENTATION = ("tool_qw", "tool_qx", "tool_qy", "tool_qz")
+OBJECT_POSITION = ("wobj_x_mm", "wobj_y_mm", "wobj_z_mm")
+OBJECT_ORIENTATION = ("wobj_qw", "wobj_qx", "wobj_qy", "wobj_qz")
 PAYLOAD_COLUMNS = COLUMNS["payload"]
 WRENCH = COLUMNS["wrench"]
 APPROACH = COLUMNS["approach"]
@@ -33,7 +37,7 @@ STANDARD = (
     *(*TEXT_COLUMNS, *JOINT_COLUMNS, *POSITION, *ORIENTATION, *MEASURED_JOINTS, *COMMAND_POSITION),
     *(*COMMAND_ORIENTATION, *CONFIGURATION_COLUMNS, *PAYLOAD_COLUMNS, *WRENCH, *APPROACH, *SPEED_COLUMNS),
     *(*ACCELERATION_COLUMNS, "temperature_C", "time_s", "sigma_mm", *EXTERNAL_AXES),
-    *(*READINGS, *DIRECTION),
+    *(*TOOL_POSITION, *TOOL_ORIENTATION, *OBJECT_POSITION, *OBJECT_ORIENTATION, *READINGS, *DIRECTION),
 )
 
 

@@ -29,6 +29,7 @@ from postproc.measure.read.values import as_number, is_number
 from postproc.measure.trajectory import sides_from_before, with_motion
 from postproc.robot.arm import Robot
 from postproc.robot.cells.station import Station
+from postproc.robot.pose import transform
 
 ANGLES = (
     "an instrument alone does not know them: put the joint angles that the controller commanded beside the points, row "
@@ -97,10 +98,14 @@ def _rows(
     commanded = _commanded(table, robot, program, terms.station or Station())
     state = with_external_axes(_state(table, commanded), table, terms.station, commanded.extax)
     state, sides_from = _followed(state, table, terms)
+    position, T_object = _positions(table), _frames(table, names.OBJECT_POSITION, names.OBJECT_ORIENTATION)
     return Measurements(
         state=state,
-        position=_positions(table),
-        rotation=rotation,
+        position=position
+        if T_object is None
+        else (T_object @ np.insert(position, 3, 1.0, axis=1)[:, :, None])[:, :3, 0],
+        T_frame_object=T_object,
+        rotation=rotation if T_object is None or rotation is None else T_object[:, :3, :3] @ rotation,
         joint=table.vector(names.MEASURED_JOINTS, partial=True, absent=np.nan),
         sigma=_deviations(table),
         pose_id=tuple(table.text("pose_id") or _labels(state.q)),
@@ -255,7 +260,7 @@ def _commanded(table: Table, robot: Robot, program: Source | Sequence[Source] | 
         if "target" in table.place and program is not None:
             message = "the table has joint angles and targets of the program: the angles are taken"
             table.say("DAT015", "warning", message, "leave out `q1_deg` .. `q6_deg` if the program is to tell them")
-        return Commanded(q)
+        return Commanded(q, _frames(table, names.TOOL_POSITION, names.TOOL_ORIENTATION))
     cells = table.cells
     if "target" in table.place and program is not None:
         return program_targets(table, program, robot, station)
@@ -268,6 +273,14 @@ def _commanded(table: Table, robot: Robot, program: Source | Sequence[Source] | 
         raise PostprocError.of("DAT002", message, cells.source, help=missing_help(cells, names.JOINT_COLUMNS, ANGLES))
     configuration = table.vector(names.CONFIGURATION_COLUMNS, fill=0.0)
     return Commanded(commanded_joints(robot, position, turns.matrix, configuration, cells, table.diagnostics))
+
+
+def _frames(table: Table, position: Sequence[str], orientation: Sequence[str]) -> Array | None:
+    """Return frames (n, 4, 4) [m] that columns state, upright where they state no orientation; None without them."""
+    place, turns = table.vector(position), table.turns(orientation, None)
+    if place is None:
+        return None
+    return transform(place, np.eye(3) if turns is None else turns.matrix)
 
 
 def join(seen: Cells, angles: Cells, named: bool, diagnostics: list[Diagnostic]) -> Cells:

@@ -91,6 +91,7 @@ def together(tables: Sequence[Measurements], robot: Robot) -> Measurements:
     data = Measurements(
         state=_state(tables, names, findings),
         position=np.vstack([table.position for table in tables]),
+        T_frame_object=_stacked([table.T_frame_object for table in tables], tables, np.nan),
         rotation=_stacked([table.rotation for table in tables], tables, np.nan),
         joint=_stacked([table.joint for table in tables], tables, np.nan),
         sigma=_stacked([table.sigma for table in tables], tables, np.nan),

@@ -33,14 +33,11 @@ def compare_programs(a: Program, b: Program, tolerance_mm: float, tolerance_deg:
     Args:
         tolerance_mm, tolerance_deg: largest distance of two targets, and angle between them, that is no difference.
     """
-    events_a, events_b = _by_statement(walk(a)), _by_statement(walk(b))
+    events_a, events_b = by_statement(walk(a)), by_statement(walk(b))
     differences: list[Difference] = []
     compared, most_mm, most_deg = 0, 0.0, 0.0
-    routines_a, routines_b = _motions(a), _motions(b)
     paired: dict[str, tuple[Ranks, Ranks]] = {}
-    for place in dict.fromkeys([*routines_a, *routines_b]):
-        ours, theirs = routines_a.get(place, []), routines_b.get(place, [])
-        pairs = pair_motions(ours, theirs, events_a, events_b)
+    for place, pairs in pair_statements((a, events_a), (b, events_b)).items():
         paired[place] = _ranks([y for x, y in pairs if x is not None]), _ranks([x for x, y in pairs if y is not None])
         for x, y in pairs:
             if x is None or y is None:
@@ -57,7 +54,25 @@ def compare_programs(a: Program, b: Program, tolerance_mm: float, tolerance_deg:
     return ProgramDiff(tuple(differences), compared, most_mm, most_deg, tolerance_mm, tolerance_deg)
 
 
-def _by_statement(events: Sequence[MotionEvent]) -> dict[StatementKey, list[MotionEvent]]:
+def pair_statements(
+    first: tuple[Program, Mapping[StatementKey, Sequence[MotionEvent]]],
+    second: tuple[Program, Mapping[StatementKey, Sequence[MotionEvent]]],
+) -> dict[str, list[tuple[MotionStatement | None, MotionStatement | None]]]:
+    """Pair the motion statements of two programs routine by routine (`pair_motions`).
+
+    Args:
+        first, second: a program, and the executions of its statements by statement key.
+
+    Returns:
+        Pairs in order, by lower-case ``module.routine``.
+    """
+    (a, events_a), (b, events_b) = first, second
+    ours, theirs = _motions(a), _motions(b)
+    places = dict.fromkeys([*ours, *theirs])
+    return {place: pair_motions(ours.get(place, []), theirs.get(place, []), events_a, events_b) for place in places}
+
+
+def by_statement(events: Sequence[MotionEvent]) -> dict[StatementKey, list[MotionEvent]]:
     """The events of each motion statement, by statement key and in the order in which they run."""
     return grouped((event.statement.key, event) for event in events)
 

@@ -1,0 +1,106 @@
+"""``postproc plan`` without a table: what a shop can measure first, with a program and a sheet for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Parameter
+
+from postproc.cli.improve.model_options import ArmOptions
+from postproc.cli.inputs import load_model
+from postproc.cli.options import parse_tool, positive
+from postproc.cli.output import check_outputs, present, write_together
+from postproc.cli.printing import say, say_next
+from postproc.diagnostics import PostprocError
+
+if TYPE_CHECKING:
+    from postproc.arrays import Array
+    from postproc.model.arm import Model
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class FirstOptions:
+    """What is measured where there is no table yet.
+
+    Attributes:
+        kind: what is read without a table: a dial gauge under a load, one tip or the faces of a cube that are touched,
+            a ball bar, positions.
+        load: mass that is hung on the tool [kg].
+        pull: horizontal force of a spring balance at the tool [N], beside or in place of the load.
+        signal: digital input that says when a plane is touched.
+    """
+
+    kind: Literal["gauge", "tip", "plane", "distance", "position"] | None = None
+    load: Annotated[float | None, Parameter(validator=positive)] = None
+    pull: Annotated[float | None, Parameter(validator=positive)] = None
+    signal: str = "diTouch"
+
+
+def plan_first(
+    name: Path,
+    options: FirstOptions,
+    arm_options: ArmOptions,
+    count: int,
+    outputs: tuple[Path | None, Path | None, Path | None],
+    *,
+    box: Array | None,
+    sigma: float | None,
+    json: bool,
+) -> int:
+    """Plan set-ups without a table; write the table to fill in, the RAPID program and the sheet.
+
+    Args:
+        name: a model file, or the name of an arm of the library. count: number of set-ups.
+        box: (2, 3) region of the TCP [m], or None. sigma: standard deviation [m] of a reading, None for what is usual.
+        outputs: files of the table, the RAPID program and the sheet, None for none. json: print the document.
+
+    Raises:
+        PostprocError: CLI017 where the options say too little, or a load that is too heavy.
+    """
+    from postproc.arrays import GRAVITY
+    from postproc.identification.planning.setups import Asked, plan_setups
+    from postproc.identification.planning.table import setups_csv
+    from postproc.render.measuring import setups_module
+    from postproc.report.page import render_sheet
+    from postproc.results.first_plan import first_plan_document
+
+    check_outputs((name, *arm_options.effects, arm_options.cell), *outputs)
+    table, rapid, sheet = outputs
+    kind, load, pull = options.kind, options.load or 0.0, options.pull or 0.0
+    if kind is None or (kind == "gauge" and not (load or pull)):
+        text = "a gauge needs a load" if kind else "without a table nothing says what is to be measured"
+        raise PostprocError.of("CLI017", text, help="write `--kind gauge --load KG`, the mass that is hung on")
+    if pull and kind != "gauge":
+        raise PostprocError.of("CLI017", "`--pull` is for a gauge", help="leave it out, or write `--kind gauge`")
+    arm = _arm(name, arm_options)
+    rated, heaviest = arm.robot.payload, max(load, pull / GRAVITY)
+    if rated is not None and heaviest > rated:
+        text = f"{heaviest:g} kg are over the rated payload of `{arm.robot.name}`"
+        raise PostprocError.of("CLI017", text, help=f"hang at most {rated:g} kg on it")
+    say(f"arm `{arm.robot.name}`; {kind}; no table")
+    plan = plan_setups(arm, Asked(kind, load, pull, sigma, box), count)
+    document, csv = first_plan_document(name.name, plan), setups_csv(plan).encode()
+    module = setups_module(plan, "the table" if table is None else table.name, options.signal)
+    files = [(rapid, module), (sheet, render_sheet(document).encode("utf-8", "replace"))]
+    shown = [(table, csv)] * (table is not None or not json)
+    write_together([*(pair for pair in files if pair[0] is not None), *shown])
+    present(document, json=json, text=True, on_stderr=True)
+    if table is not None and not json:
+        what = "says what is known of the arm, once the readings are filled in"
+        say_next(what, "fit", table, "--robot", arm.robot_name, *arm_options.words(), "-o", "MODEL.toml")
+    return 0
+
+
+def _arm(name: Path, arm_options: ArmOptions) -> Model:
+    """Return the model in a file, or an arm of the library by its name, with springs if somebody knows them."""
+    from postproc.model.arm import Model
+    from postproc.robot.catalogue import load_robot
+
+    if name.exists() or name.suffix:
+        arm = load_model(name, arm_options.effects, arm_options.cell)
+    else:
+        arm = Model(load_robot(str(name)), robot_name=str(name))
+    return arm if arm_options.tool is None else replace(arm, T_flange_tcp=parse_tool(arm_options.tool))

@@ -1,0 +1,120 @@
+"""``postproc touchups``: targets that were taught anew, as a measurement table."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+from postproc.cli.inputs import short_names
+from postproc.cli.options import AS_WRITTEN, Flag, Output, positive
+from postproc.cli.output import check_outputs, present, write
+from postproc.cli.printing import say_next, show
+from postproc.cli.program_options import ProgramOptions
+from postproc.cli.programs import settled, sound_program
+from postproc.cli.progress import watching
+from postproc.cli.versions import Version, opened_version
+from postproc.diagnostics import Diagnostic, PostprocError, Source, joined
+
+if TYPE_CHECKING:
+    from postproc.measure.touchups import TouchUps
+    from postproc.model.arm import Model
+    from postproc.settings import Settings
+
+
+def run(
+    nominal: str,
+    touched: str | None = None,
+    /,
+    *,
+    wobj_free: Flag = False,
+    wobj_fixed: Flag = False,
+    noise: Annotated[float, AS_WRITTEN, Parameter(validator=positive)] = 0.3,
+    output: Output = None,
+    stated: ProgramOptions = ProgramOptions(),
+    json: Flag = False,
+) -> int:
+    """Make a measurement table of the targets that were taught anew between two versions of a program.
+
+    Each version is a RAPID module, a folder, a backup, or REVISION:PATH of a git repository. One module alone is read
+    for the originals that the controller keeps beside touched-up targets, ``o_p50`` beside ``p50``.
+
+    Args:
+        nominal: the version that says where the work is.
+        touched: the version that was touched up.
+        wobj_free: each work object may stand somewhat elsewhere than the program says. Default.
+        wobj_fixed: work objects stand where the program says, in the base of the arm.
+        noise: standard deviation of a touch-up per axis [mm].
+        output: CSV file to write. Default: stdout.
+        json: print the postproc/touchups/1 document.
+    """
+    from postproc.measure.touchup_table import share_told, touchup_findings, touchup_table
+    from postproc.results.touchups import touchups_document
+
+    if wobj_free and wobj_fixed:
+        help_ = "leave one of them out"
+        raise PostprocError.of("CLI011", "`--wobj-free` and `--wobj-fixed` contradict each other", help=help_)
+    with opened_version(nominal) as first, opened_version(touched or nominal) as second:
+        check_outputs([first.path, second.path], output)
+        settings = stated.settings_at(second.home)
+        found, arm, sources = _found(first if touched is not None else None, second, settings)
+    told = None if arm is None or not arm.effects else share_told(found, arm, noise, not wobj_fixed)
+    findings = list(touchup_findings(found, told, sources))
+    if arm is None or not found.rows:
+        raise PostprocError([replace(d, severity="error") for d in findings] or [_nothing(found)], 1)
+    show(findings)
+    if output is not None or not json:
+        write(output, touchup_table(found, sources, noise, not wobj_fixed))
+    title = short_names(*(name for name in (nominal, touched) if name is not None))
+    present(touchups_document(title, found, told, findings), json=json, text=True, on_stderr=True)
+    if output is not None and not json:
+        say_next("calibrates the arm", "fit", output, "--robot", arm.robot_name, "-o", "arm.toml")
+    return 0
+
+
+def _found(
+    nominal: Version | None, touched: Version, settings: Settings
+) -> tuple[TouchUps, Model | None, list[Source]]:
+    """Return the touch-ups of all tasks that differ, the model of their arm, and the files that were touched up.
+
+    Args:
+        nominal: the version before; None where the touched one keeps the originals of its targets.
+
+    Raises:
+        PostprocError: CLI003 a file beside a folder, CLI013 several arms or none, or a program that cannot be read.
+    """
+    from postproc.measure.touchups import TouchUps, find_touchups, with_kept_originals
+    from postproc.robot.cells.station import Station
+
+    if nominal is not None and nominal.is_folder != touched.is_folder:
+        text = f"of `{nominal.name}` and `{touched.name}` one is a folder"
+        raise PostprocError.of("CLI003", text, help="name two programs, or two folders")
+    before = None if nominal is None else nominal.tasks(settings)
+    arms: dict[str, Model] = {}
+    found, files = TouchUps(), list[Source]()
+    for task, (place, sources) in touched.tasks(settings).items():
+        was = sources if before is None else before.get(task, (place, sources))[1]
+        if before is not None and [s.data for s in was] == [s.data for s in sources]:
+            continue
+        program = sound_program(sources)
+        was = with_kept_originals(program) if before is None else was
+        _, arm = settled(settings, str(place), bare=True)
+        with watching(f"comparing `{place}`"):
+            one = find_touchups(sound_program(was), program, arm.robot, arm.station or Station())
+        if one.rows:
+            arms[arm.robot.name] = arm
+            files += [s for s in sources if not s.read_only and s.data not in {w.data for w in was}]
+        found += one
+    if len(arms) > 1:
+        text = f"programs of {joined([f'`{name}`' for name in arms])} were touched up"
+        raise PostprocError.of("CLI013", text, help="name the folder of one task")
+    return found, next(iter(arms.values()), None), files
+
+
+def _nothing(found: TouchUps) -> Diagnostic:
+    """Return DAT052: no target was touched up."""
+    others = "; ".join(f"{count} {reason}" for reason, count in found.omitted.items() if count)
+    text = f"none of {found.compared} targets was touched up" + (f": {others}" if others else "")
+    help_ = "name the version before and the one after touching up, in this order; both need the same routines"
+    return Diagnostic("DAT052", "error", text, help=help_)

@@ -1,0 +1,105 @@
+"""A version of a program: a file, a folder, or a revision of either in a git repository."""
+
+from __future__ import annotations
+
+import io
+import subprocess
+import tarfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
+
+from postproc.cli.programs import read_program_file, read_task
+from postproc.diagnostics import PostprocError, Source
+from postproc.files import read_source
+from postproc.tasks.discover import discover
+
+if TYPE_CHECKING:
+    from postproc.settings import Settings
+
+
+@dataclass(frozen=True)
+class Version:
+    """A version of a program.
+
+    Args:
+        name: as the user has it. path: where its bytes are. place: where it stands, or stood, in the user's folders.
+    """
+
+    name: str
+    path: Path
+    place: Path
+
+    @property
+    def is_folder(self) -> bool:
+        """Whether it is a folder."""
+        return self.path.is_dir()
+
+    @property
+    def home(self) -> Path:
+        """Folder from which on settings are looked for."""
+        return self.place if self.is_folder else self.place.parent
+
+    def tasks(self, settings: Settings) -> dict[str, tuple[Path, list[Source]]]:
+        """Return what runs together by the name of its task: where its first file stands, and all files.
+
+        A file is one task, with an empty name, and brings what it needs of the files near it.
+        """
+        if not self.is_folder:
+            return {"": (self.place, self._named(read_task(read_program_file(str(self.path)), settings)[0]))}
+        tasks = {}
+        for task in discover(self.path)[0]:
+            files = (*task.files, *task.shared)
+            sources = [read_source(self.path / file, read_only=file in task.shared) for file in files]
+            tasks[task.name] = self.place / files[0], self._named(sources)
+        return tasks
+
+    def _named(self, sources: list[Source]) -> list[Source]:
+        """Return the files by the names that the user knows them by."""
+        if self.path == self.place:
+            return sources
+        revision = self.name.partition(":")[0]
+        root = self.path.parents[len(self.place.parts) - 1]
+        return [replace(s, path=f"{revision}:{Path(s.path).relative_to(root).as_posix()}") for s in sources]
+
+
+@contextmanager
+def opened_version(name: str) -> Iterator[Version]:
+    """Give a version of a program by its path, or by ``REVISION:PATH`` of the repository of the current folder.
+
+    Raises:
+        PostprocError: CLI002, there is none.
+    """
+    revision, _, inside = name.partition(":")
+    if name == "-" or Path(name).exists() or not inside:
+        yield Version(name, Path(name), Path(name))
+        return
+    with TemporaryDirectory() as folder:
+        place = Path(inside)
+        kind = _git(name, "cat-file", "-t", f"{revision}:./{place.as_posix()}").decode().strip()
+        wanted = place if kind == "tree" else place.parent
+        archive = _git(name, "archive", "--format=tar", revision, "--", wanted.as_posix())
+        with tarfile.open(fileobj=io.BytesIO(archive)) as files:
+            files.extractall(folder, filter="data")
+        yield Version(name, Path(folder) / place, place)
+
+
+def _git(name: str, *words: str) -> bytes:
+    """Return what git prints.
+
+    Raises:
+        PostprocError: CLI002, it does not know the version ``name``.
+    """
+    try:
+        if name.startswith("-"):
+            raise OSError("a revision does not begin with `-`")
+        return subprocess.run(["git", *words], capture_output=True, check=True).stdout
+    except (OSError, subprocess.CalledProcessError) as error:
+        why = getattr(error, "stderr", b"").decode("utf-8", "replace").strip().split("\n")[-1] or str(error)
+        help_ = "name a file, a folder, or REVISION:PATH as git knows it, such as `HEAD~3:cell/seam.mod`"
+        raise PostprocError.of(
+            "CLI002", f"there is no file `{name}`, and no such revision: {why}", help=help_
+        ) from None

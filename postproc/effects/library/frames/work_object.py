@@ -1,0 +1,45 @@
+"""Where a work object really stands."""
+
+from __future__ import annotations
+
+from typing import Self
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.effects.base import Displacement, Effect, State, Variant, param, structure, variant
+from postproc.effects.roles import Role
+
+
+class WorkObject(
+    Effect,
+    role=Role.WORK_OBJECTS,
+    unlikely=np.inf,
+    reads=("session",),
+    about_data=True,
+    confused_with={"instrument_frame": "nothing: this says where each work object stands beside the others"},
+):
+    """Where each work object stands beside where the program says so, in tables of touched-up targets.
+
+    Equation: constant translation and rotation of the base as the work sees it, for the rows of each work object that
+    is listed by its name.
+    Source: rigid-body geometry. Typical size: 2 mm and 2 mrad, as fixtures are set up and work objects are taught.
+    """
+
+    session: tuple[str, ...] = structure(("1",))
+    shift_m: Array = param(unit="m", shape=("session", 3), typical=2e-3, labels=("x", "y", "z"))
+    turn_rad: Array = param(unit="rad", shape=("session", 3), typical=2e-3, labels=("x", "y", "z"))
+
+    def displacement(self, state: State) -> Displacement:
+        """Displacement of the instrument, (n, 6) [m], [rad]: zero in work objects that are not listed."""
+        member = (state.session_of_rows[:, None] == np.array(self.session)).astype(float)
+        return Displacement(instrument=member @ np.concatenate([self.shift_m, self.turn_rad], axis=1))
+
+    def missing(self, state: State) -> tuple[str, ...]:
+        """``session`` where the states have none; else nothing."""
+        return () if state.session is not None else self.reads
+
+    @classmethod
+    def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
+        """Forms: that of the model alone: which rows have work objects is known of a table, and is not searched for."""
+        return () if current is None else (variant(current),)

@@ -1,0 +1,328 @@
+"""Measurements to begin with, chosen without a table: postures, loads and directions of what a shop can read.
+
+A set-up is one posture at which something is read: a dial gauge without and with a load, a tip that is touched, a plane
+that a search finds, the length of a ball bar, a position.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+from scipy.spatial.transform import Rotation
+
+from postproc.arrays import Array
+from postproc.channels.state import State
+from postproc.diagnostics import PostprocError
+from postproc.effects.registry import effect_in_role
+from postproc.effects.roles import Role
+from postproc.estimation.priors import UNDETERMINED_SHARE, prior_of
+from postproc.identification.planning.design import choose
+from postproc.identification.planning.standing import arm_length, can_work, moved_onto, random_postures, working_box
+from postproc.measure.kinds.base import POINT, TILT, UNKNOWNS, Read, ReadingKind, Seen
+from postproc.measure.kinds.distance import Distance
+from postproc.measure.kinds.gauge import Gauge
+from postproc.measure.kinds.plane import Plane
+from postproc.measure.kinds.tip import Tip
+from postproc.model.arm import Model
+from postproc.model.scatter import deflection_shares, scatter_covariance, scatter_of
+from postproc.robot.kinematics import forward, jacobian, skew
+
+
+class Position(ReadingKind):
+    """Three coordinates in the frame of an instrument, whose six numbers are unknown."""
+
+    column = ""
+    reading = ("x_mm", "y_mm", "z_mm")
+    noise = 5e-5
+
+    def read(self, seen: Seen) -> Read:
+        """Return p (m, 3), as if the instrument stood at the base."""
+        still = np.tile(np.eye(3), (len(seen.point), 1, 1))
+        return Read(seen.point, still, np.concatenate([still, -skew(seen.point)], axis=2))
+
+    def start(self, seen: Seen, numbers: Array) -> Array:
+        """Return the base frame: planned positions are nominal ones."""
+        return np.zeros(6)
+
+
+SHOP: Mapping[str, ReadingKind] = {
+    "gauge": Gauge(),
+    "tip": Tip(),
+    "plane": Plane(),
+    "distance": Distance(),
+    "position": Position(),
+}
+"""What can be planned without a table."""
+TOUCHED = ("tip", "plane")
+DRAWN, POOL = 2500, 600
+"""Random postures, and the most of them to choose from that somebody can work at."""
+JUDGED = 200
+"""Postures over which the deflection that remains is counted."""
+READABLE = 5e-5
+"""Least change [m] that is worth a reading of a gauge."""
+BACK = 0.05
+"""Distance [m] from a tip or a plane at which the arm stops before it is touched."""
+BAR = 0.3
+"""Length [m] of the ball bar."""
+FACING = np.cos(np.radians(60.0))
+"""Cosine of the largest angle between the tool and what it touches."""
+UNKNOWN_PLACE = 1.0
+"""Standard deviation [m], [rad] of where a tip, a plane, an anchor or an instrument stands."""
+OFFSET, TOOL = 1e-3, 1e-3
+"""Standard deviations of a joint offset [rad] and of each coordinate of the TCP [m] before anything is measured."""
+FACES: Mapping[str, tuple[float, float]] = {"top": (0.0, 0.0), "front": (0.0, -np.pi / 2), "side": (-np.pi / 2, 0.0)}
+"""Faces of a cube that are touched, each turned from the base's z by a rotation vector (a, b, 0) [rad]."""
+CUBE = 0.12
+"""Half the edge of the cube, over the arm's length."""
+KNOWN = 12
+"""Parameters of which an arm's type tells something: six springs and six masses."""
+NEVER = 1e-3
+"""Share of the largest derivative below which no set-up loads a spring."""
+SEED = 43
+
+
+@dataclass(frozen=True)
+class SetupPlan:
+    """Set-ups in the order in which they are measured.
+
+    Args:
+        model: of the arm; kind: of the set-ups, a key of `SHOP`.
+        state: s postures with the load that is on when the last number is read.
+        names: (s,) tip, plane or anchor of each, a name of its own for a gauge.
+        direction: (s, 3) in which a gauge reads more, else from what is touched to the arm.
+        change: (s,) expected difference of the readings of a gauge [m], zeros for other kinds.
+        begin: (s, 6) joint angles [rad] at `BACK` before the touch, those of the posture where nothing is touched.
+        before, after: 95 % interval of the share of the deflection that remains after a correction, without and with
+            the measurements (`scatter_of`).
+        load_before, load_after: the same of the deflection by the loads alone, without the weights of the links.
+        unknown: joints, from 0, of whose springs the measurements tell less than half; unloaded: those that no load of
+            any set-up winds up.
+    """
+
+    model: Model
+    kind: str
+    state: State
+    names: tuple[str, ...]
+    direction: Array
+    change: Array
+    begin: Array
+    before: tuple[float, float]
+    after: tuple[float, float]
+    load_before: tuple[float, float]
+    load_after: tuple[float, float]
+    unknown: tuple[int, ...]
+    unloaded: tuple[int, ...]
+
+    @property
+    def ids(self) -> list[str]:
+        """Names (s,) of the postures."""
+        return [f"{self.kind[0].upper()}{i + 1:02d}" for i in range(len(self.state))]
+
+    @property
+    def loads(self) -> list[str]:
+        """What hangs or pulls at the TCP at each set-up (s,), in words; empty for nothing."""
+        force = np.zeros((len(self.state), 3)) if self.state.wrench is None else self.state.wrench[:, :3]
+        pulls = [f"{abs(f).max():g} N towards {self._axis(f)}" if f.any() else "" for f in force]
+        return [f"{m:g} kg" if m else p for m, p in zip(np.asarray(self.state.payload_mass), pulls, strict=True)]
+
+    @property
+    def words(self) -> list[str]:
+        """What is read or touched at each set-up (s,): the direction in which a gauge reads more, else a name."""
+        return [self._axis(d) for d in self.direction] if self.kind == "gauge" else list(self.names)
+
+    def _axis(self, vector: Array) -> str:
+        """Return the axis of the base along which a vector (3,) points, such as ``-z (down)``."""
+        k = int(np.argmax(np.abs(vector)))
+        up = float(np.sign(vector[k]) * self.model.R_world_base[2, k])
+        way = {1: " (up)", -1: " (down)"}.get(round(up), "")
+        return f"{'-' if vector[k] < 0 else '+'}{'xyz'[k]}{way}"
+
+
+@dataclass(frozen=True)
+class _Postures:
+    """n postures q (n, 6) [rad] at which something is read.
+
+    Args:
+        names, begin: as of `SetupPlan`. normal: (n, 3) from what is touched to the arm. unknown: (n, 6) of the set-up.
+    """
+
+    q: Array
+    names: NDArray[np.str_]
+    normal: Array
+    begin: Array
+    unknown: Array
+
+
+@dataclass(frozen=True)
+class _Pool:
+    """c set-ups to choose from, each at one of the postures with one load.
+
+    Args:
+        state: (c) with the load. posture: (c,) number of its posture, of which one set-up is chosen at most.
+        rows: (c, k, p + u) derivatives of the k numbers that are read, by p parameters and u unknowns of the shop.
+        direction, change: as of `SetupPlan`.
+    """
+
+    state: State
+    posture: NDArray[np.int_]
+    rows: Array
+    direction: Array
+    change: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """What is to be planned.
+
+    Args:
+        kind: a key of `SHOP`. load: mass that is hung on [kg]; pull: horizontal force [N] of a spring balance.
+        sigma: standard deviation [m] of a number that is read, None for what is usual.
+        box: (2, 3) corners of the region of the TCP [m], base axes; None for one in front of the arm.
+    """
+
+    kind: str
+    load: float = 0.0
+    pull: float = 0.0
+    sigma: float | None = None
+    box: Array | None = None
+
+
+def plan_setups(model: Model, asked: Asked, count: int) -> SetupPlan:
+    """Choose set-ups one after another so that least of the deflection is expected to remain (L-optimal, greedy).
+
+    With parameters of prior covariance P (logarithms of joint compliances and of masses of the links; joint offsets and
+    the tool where places count), a set-up that reads rows Z takes P to (P^-1 + Z^T Z / sigma^2)^-1. The next one is
+    that which lowers tr(D P D^T) most, D the derivatives of the TCP under the loads at postures all over the region.
+
+    Raises:
+        PostprocError: DAT024 where fewer set-ups are possible than are asked for.
+    """
+    arm, g = _with_springs(model), np.random.default_rng(SEED)
+    box = working_box(arm.robot) if asked.box is None else asked.box
+    postures = _postures(arm, asked.kind, box, g)
+    pool = _pool(arm, asked, postures)
+    possible = len(np.unique(pool.posture))
+    if possible < count:
+        message = f"{possible} set-ups can be measured here, and {count} are asked for"
+        raise PostprocError.of("DAT024", message, help="widen `--region`, or take a heavier load (`--load`)")
+    q = _postures(arm, "position", box, g).q[:JUDGED]
+    judged = _loaded(arm, q, asked)
+    judged = judged.rows(slice(-max(len(judged) - len(q), len(q)), None))
+    D = _columns(arm, judged, asked.kind)[0]
+    P = block_diag(scatter_covariance(arm), np.eye(D.shape[2] - KNOWN))
+    own = np.eye(pool.rows.shape[2] - len(P))
+    weigh = block_diag(np.einsum("nip,niq->pq", D, D), 0.0 * own)
+    whitened = pool.rows / (asked.sigma or SHOP[asked.kind].noise)
+    groups = np.column_stack([pool.posture, np.unique(postures.names, return_inverse=True)[1][pool.posture]])
+    chosen, S = choose(whitened, block_diag(P, UNKNOWN_PLACE**2 * own), count, weigh, groups)
+    at = np.array(chosen)
+    names, mass = postures.names[pool.posture[at]], np.asarray(pool.state.payload_mass)[at]
+    at = at[np.lexsort((pool.state.q[at, 0], names, mass))]
+    shares = [scatter_of(arm, judged, C[:KNOWN, :KNOWN], w).remaining for w in (True, False) for C in (P, S)]
+    unknown = np.flatnonzero(np.diag(S)[:6] > UNDETERMINED_SHARE**2 * np.diag(P)[:6]).tolist()
+    seen = np.abs(pool.rows[:, :, :6]).max(axis=(0, 1))
+    unloaded = np.flatnonzero(seen < NEVER * seen.max()).tolist()
+    where = pool.posture[at]
+    return SetupPlan(
+        *(arm, asked.kind, pool.state.rows(at), tuple(postures.names[where]), pool.direction[at], pool.change[at]),
+        *(postures.begin[where], *shares, tuple(unknown), tuple(unloaded)),
+    )
+
+
+def _with_springs(model: Model) -> Model:
+    """Return the arm with joint springs, those of its type where the model has none."""
+    if model.in_role(Role.JOINT_SPRINGS) is not None:
+        return model
+    null = effect_in_role(Role.JOINT_SPRINGS).null()
+    return model.with_effects(*model.effects, null.with_vector(prior_of(null, model).value))
+
+
+def _loaded(arm: Model, q: Array, asked: Asked) -> State:
+    """Return v n states of n postures (n, 6) [rad]: without a load, then with each pull, then with the mass.
+
+    A weight on a hook hangs at the TCP; where the tool touches something it is bolted to the flange.
+    """
+    sideways = np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]])[: 4 * (asked.pull > 0)]
+    force = np.vstack([np.zeros(3), asked.pull * sideways, np.zeros((int(asked.load > 0), 3))])
+    mass = np.append(np.zeros(1 + len(sideways)), [asked.load] * (asked.load > 0))
+    at = arm.T_flange_tcp[:3, 3] if asked.kind == "gauge" else np.zeros(3)
+    return arm.state(
+        np.tile(q, (len(mass), 1)),
+        payload_mass=np.repeat(mass, len(q)),
+        payload_center=np.tile(at, (len(mass) * len(q), 1)),
+        wrench=np.repeat(np.hstack([force, np.zeros_like(force)]), len(q), axis=0) if asked.pull else None,
+    )
+
+
+def _columns(arm: Model, state: State, kind: str) -> tuple[Array, Array]:
+    """Return derivatives (n, 3, p) of the TCP [m] by the parameters, and its deflection (n, 3) [m], to first order.
+
+    Parameters are the logarithms of the compliances and of the masses of bodies 1 to 6; but for a gauge, which sees
+    changes alone, then joint offsets and the coordinates of the tool, by their standard deviations.
+    """
+    x = deflection_shares(arm, state)
+    D = np.concatenate([x.sum(axis=1), x[:, :6].sum(axis=0)]).transpose(1, 2, 0)
+    if kind != "gauge":
+        turned = (forward(arm.robot, state.q) @ arm.T_flange_tcp)[:, :3, :3]
+        D = np.concatenate([D, OFFSET * jacobian(arm.robot, state.q, arm.T_flange_tcp)[:, :3], TOOL * turned], axis=2)
+    return D, x.sum(axis=(0, 1))
+
+
+def _postures(arm: Model, kind: str, box: Array, g: np.random.Generator) -> _Postures:
+    """Return postures of a kind of set-ups at which somebody can work: anywhere in a box, or on what is touched there.
+
+    Args:
+        box: (2, 3) region [m], in whose lower middle a spike, a cube or the anchor of a ball bar stands.
+    """
+    n, middle = DRAWN, box[0] + np.array([0.5, 0.5, 0.3]) * (box[1] - box[0])
+    name, unknown = np.full(n, SHOP[kind].column or kind, dtype=object), np.zeros((n, 6))
+    normal, place = np.tile([0.0, 0.0, 1.0], (n, 1)), np.tile(middle, (n, 1))
+    if kind == "plane":
+        face = np.arange(n) % len(FACES)
+        name, unknown[:, TILT] = np.array(list(FACES), dtype=object)[face], np.array(list(FACES.values()))[face]
+        normal = Rotation.from_rotvec(unknown[:, 3:]).apply(normal).round(9)
+        across = g.uniform(-1, 1, (n, 3)) * (normal == 0)
+        place = place + CUBE * arm_length(arm.robot) * (normal + across)
+    elif kind == "distance":
+        normal = g.normal(size=(n, 3))
+        normal /= np.linalg.norm(normal, axis=1)[:, None]
+        place, unknown[:, POINT] = place + BAR * normal, middle
+    elif kind != "tip":
+        place = g.uniform(box[0], box[1], (n, 3))
+    q = moved_onto(arm, random_postures(arm.robot, n, g), place)
+    good = np.flatnonzero(can_work(arm, box, q))
+    q, name, normal, place, unknown = q[good], name[good], normal[good], place[good], unknown[good]
+    tool = (forward(arm.robot, q) @ arm.T_flange_tcp)[:, :3, 2]
+    back = -tool if kind == "tip" else normal
+    begin = moved_onto(arm, q, place + BACK * back, turned=False) if kind in TOUCHED else q
+    good = np.isfinite(begin).all(axis=1) & ((-np.sum(tool * normal, axis=1) > FACING) | (kind not in TOUCHED))
+    return _Postures(*(x[good][:POOL] for x in (q, name, normal, begin, unknown)))
+
+
+def _pool(arm: Model, asked: Asked, at: _Postures) -> _Pool:
+    """Return the set-ups at some postures: a gauge along each axis of the base where its change is readable, else each
+    posture without and with the mass.
+    """
+    gauge, n = asked.kind == "gauge", len(at.q)
+    state = _loaded(arm, at.q, asked if gauge else replace(asked, pull=0.0))
+    posture = np.arange(len(state)) % max(n, 1)
+    D, moved = _columns(arm, state, asked.kind)
+    direction, change = at.normal[posture], np.zeros(len(state))
+    if gauge:  # the difference of two readings has no zero, and twice the variance of one
+        moved, D = moved - moved[posture], (D - D[posture]) / np.sqrt(2.0)
+        row, axis = np.nonzero(np.abs(moved) >= READABLE)
+        direction, change = np.sign(moved[row, axis])[:, None] * np.eye(3)[axis] + 0.0, np.abs(moved[row, axis])
+        state, D, posture = state.rows(row), D[row], posture[row]
+    p = (forward(arm.robot, at.q) @ arm.T_flange_tcp)[posture, :3, 3]
+    nowhere = np.full_like(p, np.nan)
+    read = SHOP[asked.kind].read(Seen(p, at.unknown[posture], direction, np.zeros(len(p)), nowhere))
+    rows = np.einsum("ckx,cxp->ckp", read.by_point, D)
+    if not gauge:
+        own = (at.names[posture][:, None] == np.unique(at.names)).astype(float)
+        unknown = np.einsum("cku,cs->cksu", read.by_unknown, own)
+        rows = np.concatenate([rows, unknown.reshape(*rows.shape[:2], own.shape[1] * UNKNOWNS)], axis=2)
+    return _Pool(state, posture, rows, direction, change)

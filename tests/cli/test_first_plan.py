@@ -1,0 +1,120 @@
+"""`postproc plan` without a table: the table to fill in, the program, the sheet, and what is refused."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from postproc.identification.planning.standing import can_work, random_postures, working_box
+from postproc.model.arm import Model
+from postproc.model.file import read_model
+from postproc.model.scatter import spring_covariance
+from postproc.robot.catalogue import load_robot
+from tests.cli.conftest import Call
+from tests.identification.test_first_plan import TOOL, changes
+
+GAUGE = ("--kind", "gauge", "--load", "40", "--tool", "0,0,300")
+HEAD = {
+    "gauge": ["gauge", "nx", "ny", "nz", "reading_mm"],
+    "tip": ["tip"],
+    "plane": ["plane"],
+    "distance": ["anchor", "distance_mm"],
+    "position": ["x_mm", "y_mm", "z_mm"],
+}
+
+
+@pytest.mark.parametrize("kind", HEAD)
+def test_a_plan_is_a_table_a_program_and_a_sheet(kind: str, call: Call, tmp_path: Path):
+    table, visit, sheet = (tmp_path / name for name in ("t.csv", "m.mod", "s.html"))
+    files = ("-o", table, "--rapid", visit, "--report", sheet)
+    planned = call("plan", "irb1600_10_145", "-n", "4", "--kind", kind, "--load", "8", *files)
+    assert planned.code == 0 and "is expected to remain" in planned.err and f"`postproc fit {table}" in planned.err
+    head, *rows = csv.reader(table.read_text("utf-8").splitlines())
+    assert head[-len(HEAD[kind]) :] == HEAD[kind] and "payload_kg" in head
+    assert len(rows) == (8 if kind == "gauge" else 4)
+    assert call("inspect", visit, "--robot", "irb1600_10_145").code == 0
+    page = sheet.read_text("utf-8")
+    boxes = {"gauge": 2, "position": 3}.get(kind, 1)
+    assert page.count('class="box"') == 4 * boxes and page.count("<svg") == 4 and "<script" not in page
+
+
+def test_the_document_says_what_remains_and_what_no_load_tells(call: Call):
+    said = json.loads(call("plan", "irb4600_60_205", "-n", "5", *GAUGE, "--json").out)
+    before, after = (said[f"expected_remaining_fraction_{when}"] for when in ("before", "after"))
+    assert said["kind"] == "gauge" and len(said["set_ups"]) == said["poses"] == 5
+    assert after[1] < 0.3 * before[1] and 1 in said["joints_never_loaded"]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ((), "without a table nothing says what is to be measured"),
+        (("--kind", "gauge"), "a gauge needs a load"),
+        (("--kind", "gauge", "--load", "61"), "61 kg are over the rated payload"),
+        (("--kind", "tip", "--pull", "50"), "`--pull` is for a gauge"),
+        (("--kind", "tip", "--force", "50"), "need a table"),
+        (("--kind", "tip", "--region", "5000,0,0,6000,1,1"), "0 set-ups can be measured here"),
+    ],
+)
+def test_what_cannot_be_planned_writes_nothing(words: tuple[str, ...], message: str, call: Call, tmp_path: Path):
+    refused = call("plan", "irb4600_60_205", *words, "-o", tmp_path / "t.csv", "--report", tmp_path / "s.html")
+    assert refused.code == 2 and message in refused.err and not list(tmp_path.iterdir())
+
+
+def test_if_one_file_cannot_be_written_none_is(call: Call, tmp_path: Path):
+    (tmp_path / "s.html").mkdir()
+    refused = call("plan", "irb4600_60_205", *GAUGE, "-o", tmp_path / "t.csv", "--report", tmp_path / "s.html")
+    assert refused.code == 2 and not (tmp_path / "t.csv").exists()
+
+
+@pytest.mark.parametrize(
+    ("robot", "load", "seed"),
+    [("irb4600_60_205", 40, 0), ("irb4600_20_250", 15, 0), ("irb4600_40_255", 30, 1), ("ur10", 8, 2)],
+)
+def test_twelve_readings_tell_how_an_arm_gives(robot: str, load: int, seed: int, call: Call, tmp_path: Path):
+    """Springs off by 0.4 to 2.5, gauge to 0.01 mm: the change by the load at unseen postures within 10 %."""
+    g, type_ = np.random.default_rng(seed), load_robot(robot).joint_compliance
+    usual = np.full(6, 3e-6) if type_ is None else type_
+    real = usual * np.exp(g.uniform(np.log(0.4), np.log(2.5), 6))
+    table, model, other, answer = (tmp_path / name for name in ("t.csv", "m.toml", "other.csv", "p.csv"))
+    ask = ("--kind", "gauge", "--load", load, "--tool", "0,0,300")
+    assert call("plan", robot, "-n", 12, *ask, "-o", table).code == 0
+    rows = read(table)
+    noted = np.column_stack([np.zeros(12), 1e3 * changes(rows, real, robot)]).ravel() + g.normal(0, 0.01, 24)
+    write(table, [row | {"reading_mm": f"{x:.3f}"} for row, x in zip(rows, noted, strict=True)])
+    assert call("fit", table, "--robot", robot, "--tool", "0,0,300", "-o", model).code == 0
+    arm = Model(load_robot(robot), T_flange_tcp=TOOL)
+    anywhere = random_postures(arm.robot, 20_000, np.random.default_rng(99))
+    postures = anywhere[can_work(arm, working_box(arm.robot), anywhere)][:40]
+    unseen = [
+        rows[0]
+        | {f"q{j}_deg": f"{x:.6f}" for j, x in enumerate(np.degrees(q), 1)}
+        | {"payload_kg": str(mass), "gauge": f"{k}{way}", "nx": way[0], "ny": way[1], "nz": way[2]}
+        for k, q in enumerate(postures)
+        for way in ("100", "010", "001")
+        for mass in (0, load)
+    ]
+    write(other, unseen)
+    assert call("predict", model, other, "-o", answer).code == 0
+    expected = np.array([float(row["predicted_mm"]) for row in read(answer)])[1::2]
+    true = 1e3 * changes(unseen, real, robot)
+    assert np.sqrt(np.mean((expected - true) ** 2) / np.mean(true**2)) < 0.1
+    fitted = read_model(model)
+    spread = np.sqrt(spring_covariance(fitted)[1, 1])
+    springs = fitted.effect("joint_compliance").vector()
+    assert spread < 0.1 and abs(np.log(springs[1] / real[1])) < 4 * spread
+
+
+def read(path: Path) -> list[dict[str, str]]:
+    return list(csv.DictReader(path.read_text("utf-8").splitlines()))
+
+
+def write(path: Path, rows: list[dict[str, str]]) -> None:
+    with path.open("w", newline="") as file:
+        table = csv.DictWriter(file, list(rows[0]))
+        table.writeheader()
+        table.writerows(rows)
