@@ -38,7 +38,17 @@ COLUMNS: Mapping[str, tuple[str, ...]] = {
 }
 """Recorded channels by the name that effects declare, and the columns of a measurement table that hold them."""
 CONSTANT = frozenset(
-    {"gravity", "robot", "station", "channels", "session_names", "reflector_names", "setup_names", "T_flange_tcp"}
+    {
+        "gravity",
+        "robot",
+        "station",
+        "channels",
+        "session_names",
+        "reflector_names",
+        "setup_names",
+        "touches",
+        "T_flange_tcp",
+    }
 )
 """Fields of a state that are not one value for each row."""
 EACH_ROW = {"T_flange_tcp": 3, "gravity": 2}
@@ -60,7 +70,8 @@ class State:
         session: (n,) index of the measuring session in session_names.
         reflector: (n,) index of the measured point of the tool in reflector_names.
         setup: (n,) index in setup_names of what a row reads where it measures no position, -1 for none; a name is that
-            of its kind and its own, ``tip spike`` (`measure.kinds`).
+            of its kind and its own, ``tip spike`` (`measure.kinds`). touches: whether some rows hold the point to a tip
+            or a plane.
         channels: further columns of the measurement table, by name, (n,).
         gravity: (3,) [m/s^2] in base axes (a gantry hangs its arm upside down), or (n, 3) where it differs: of a base
             that leans with its axes, and less the acceleration of the origin of one that moves.
@@ -92,6 +103,7 @@ class State:
     reflector_names: tuple[str, ...] = ()
     setup: Array | None = None
     setup_names: tuple[str, ...] = ()
+    touches: bool = False
     channels: Mapping[str, Array] = field(default_factory=dict)
     gravity: Array = field(default_factory=lambda: gravity_in(np.eye(3)))
     external_axes: Array | None = None

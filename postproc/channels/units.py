@@ -36,10 +36,6 @@ CHANNEL_UNITS: Mapping[str, tuple[str, float]] = {
 """Unit shown to people and the factor to it, by the channel's name without its number."""
 
 
-LEAST_ROOM_M = 0.01
-"""Range of a coordinate of the measured point from which on something may depend on it."""
-
-
 def recorded(state: State, site: Site) -> dict[str, Array]:
     """Return the channels that vary over the rows, (n,) values by name: ``q1``, ``load6`` (by joint), ``time`` ..
 
@@ -50,9 +46,9 @@ def recorded(state: State, site: Site) -> dict[str, Array]:
     names += [*PLAIN, "fx", "fy", "fz", "x", "y", "z", *(name for name in state.channels if not follows_order(name))]
     values = {name: channel(name).values(state, site) for name in names if name not in state.channels}
     values |= {name: np.asarray(state.channels[name], dtype=float) for name in names if name in state.channels}
-    # Where the point hardly moves (one tip, a level plane), where it seems to be is the very error.
-    still = [name for name in "xyz" if (x := values.get(name)) is not None and np.ptp(x) < LEAST_ROOM_M]
-    return {name: x for name, x in values.items() if x is not None and varies(x) and name not in still}
+    # Where rows touch something, where the point seems to be is the very error.
+    known = {name: x for name, x in values.items() if x is not None and varies(x)}
+    return {name: x for name, x in known.items() if not (state.touches and name in "xyz")}
 
 
 def varies(values: Array) -> bool:

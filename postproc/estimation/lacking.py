@@ -62,7 +62,7 @@ def lacking_field(fit: Solution) -> tuple[Field, float] | None:
     ratio, unit = float(np.exp(best[0])), float(np.mean(weights.values[rows, columns][used[rows]]))
     kept = every[np.ix_(some_of(good, ROWS_KEPT), chosen)]
     field = Field(tuple(COORDINATES[i] for i in chosen), ordinary * np.exp(best[1:]), kept, 1.0 / ratio)
-    return field, float(np.sqrt(ratio * likelihood.noise(best))) / unit
+    return field, float(np.sqrt(ratio * max(likelihood.noise(best), 0.0))) / unit
 
 
 @dataclass(frozen=True)

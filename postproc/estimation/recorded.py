@@ -76,11 +76,15 @@ def known_errors(fit: Fit) -> Uncertainty:
     return Uncertainty(after.names, after.covariance, pose_error_sigma(fit), after.unidentifiable, after.directions)
 
 
-def expected_remaining(fit: Fit) -> tuple[tuple[float, float], tuple[float, float]] | None:
-    """Return 95 % intervals of the share of the deflection that remains under the loads of the rows (`scatter_of`).
+Share = tuple[float, float]
+"""95 % interval of the share of a deflection that remains after a correction."""
 
-    First after a correction with the stiffness of the arm's type, then with the fitted one. None without joint springs
-    that were fitted, or without readings.
+
+def expected_remaining(fit: Fit) -> tuple[tuple[Share, Share], tuple[Share, Share]] | None:
+    """Return what remains of the deflection under the loads of rows, and of that by these loads alone (`scatter_of`).
+
+    First after a correction with the stiffness of the arm's type, then with the fitted one: no load on the tool tells
+    how heavy the links are. None without joint springs that were fitted, or without readings.
     """
     spring = fit.model.in_role(Role.JOINT_SPRINGS)
     if spring is None or fit.data.readings is None or not np.any(fit.free.get(spring.key, False)):
@@ -90,7 +94,11 @@ def expected_remaining(fit: Fit) -> tuple[tuple[float, float], tuple[float, floa
     state = fit.data.state
     state = state if fit.data.tool_known else state.with_(T_flange_tcp=fit.model.T_flange_tcp)
     known = scatter_covariance(fit.model, spring_covariance(fit.model, known_errors(fit)))
-    return scatter_of(typical, state).remaining, scatter_of(fit.model, state, known).remaining
+    whole, loads = (
+        (scatter_of(typical, state, None, links).remaining, scatter_of(fit.model, state, known, links).remaining)
+        for links in (True, False)
+    )
+    return whole, loads
 
 
 def pose_error_sigma(fit: Fit) -> float:

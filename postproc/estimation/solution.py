@@ -23,6 +23,9 @@ from postproc.measure.measurements import Measurements
 from postproc.measure.observations import Observation
 from postproc.model.arm import Model
 
+ASSUMED = 10.0
+"""Degrees of freedom with which the assumed noise of few readings counts beside what they show of it."""
+
 
 @dataclass(frozen=True)
 class Solution:
@@ -157,8 +160,17 @@ class Solution:
 
     @cached_property
     def variance(self) -> float:
-        """Residual variance in units of the assumed one: the whitened sum of squares over the degrees of freedom."""
-        return float(self.problem.residual @ self.problem.residual) / max(self.freedom, 1.0)
+        """Residual variance in units of the assumed one: the whitened sum of squares over the degrees of freedom.
+
+        Where priors take part in a fit of few readings, it is that of the readings alone, with `ASSUMED` degrees of
+        freedom of the assumed noise: what priors keep a fit from reaching is no noise.
+        """
+        if not self.problem.few:
+            return float(self.problem.residual @ self.problem.residual) / max(self.freedom, 1.0)
+        free = basis_of(self.columns, self.penalty)
+        left = self.problem.residual - free @ (free.T @ self.problem.residual)
+        freedom = self.informative * len(left) - free.shape[1]
+        return (float(left @ left) + ASSUMED) / (max(freedom, 0.0) + ASSUMED)
 
     @cached_property
     def inverse(self) -> Array:
@@ -230,5 +242,8 @@ class Solution:
     @cached_property
     def _square(self) -> float:
         """Residual variance [m^2], [rad^2] of the observed numbers, corrected for the degrees of freedom."""
-        error = self.observed_error[self.problem.weights.used[:, self.observed.columns]]
+        used = self.problem.weights.used[:, self.observed.columns]
+        if self.problem.few:
+            return self.variance * rms(1.0 / self.problem.weights.values[:, self.observed.columns][used]) ** 2
+        error = self.observed_error[used]
         return rms(error) ** 2 * self.informative * len(self.problem.residual) / max(self.freedom, 1.0)

@@ -10,7 +10,7 @@ from postproc.numbers import mm
 from postproc.report.blocks import Chart, DataTable, Document, Section, Values
 from postproc.report.drawing.postures import posture_drawings
 
-DRAWING_WIDTH = 120  # pixels
+DRAWING_WIDTH = 105  # pixels
 LINKS_MATTER = 0.5
 """Share of what remains below which that by the loads alone says how much the weights of the links matter."""
 
@@ -74,7 +74,5 @@ def first_plan_sentence(plan: SetupPlan) -> str:
     if plan.kind == "gauge" and 0 in plan.unloaded:
         lines.append("A weight never loads joint 1: pull sideways with a spring balance, too (`--pull N`).")
     if little := [f"joint {j + 1}" for j in plan.unknown if j not in plan.unloaded]:
-        lines.append(
-            f"Of the springs of {joined(little)} this tells less than half: they hardly count under these loads."
-        )
+        lines.append(f"They tell little more of the springs of {joined(little)}.")
     return " ".join(lines)

@@ -6,10 +6,10 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from postproc.effects.roles import Role
 from postproc.estimation.findings import MOST_ROWS_NAMED, cautions
 from postproc.estimation.fitted import Fit
-from postproc.estimation.recorded import beyond_sigma, expected_remaining, pose_error_sigma, undetermined
-from postproc.estimation.solving.setups import lasting
+from postproc.estimation.recorded import Share, beyond_sigma, expected_remaining, pose_error_sigma, undetermined
 from postproc.grouping import grouped
 from postproc.identification.add import FitFigures
 from postproc.measure.errors import distances
@@ -44,7 +44,9 @@ def fit_document(name: str, fit: Fit) -> Document:
             Figure("noise", mm_or_none(level), unit=unit),
         ],
         sections=[
-            Section("Parameters", [parameter_table(fit, [e.key for e in lasting(fit.model)[0].effects])]),
+            Section(
+                "Parameters", [parameter_table(fit, [e.key for e in fit.model.effects if e.role is not Role.SETUPS])]
+            ),
             Section("What to know of this fit", known_of(fit)),
         ],
     )
@@ -63,12 +65,13 @@ def known_of(fit: Fit) -> list[str]:
     return [*told, *undetermined_sentences(fit), *excluded_rows(fit), *words]
 
 
-def _remaining_sentence(before: tuple[float, float], after: tuple[float, float]) -> str:
+def _remaining_sentence(whole: tuple[Share, Share], loads: tuple[Share, Share]) -> str:
     """Say how much of the deflection is expected to remain with the stiffness of the type, and with the fitted one."""
-    usual, now = (f"{100 * low:.0f} to {100 * high:.0f} %" for low, high in (before, after))
+    usual, now, usual_load, load = (f"{100 * low:.0f} to {100 * high:.0f} %" for low, high in (*whole, *loads))
     return (
-        f"Of the deflection under the loads of these rows {usual} was expected to remain after a correction with the "
-        f"stiffness of the arm's type; with this model it is {now}."
+        f"Of the deflection under these loads {usual} was expected to remain after a correction with the stiffness of "
+        f"the arm's type; with this model it is {now}. Of that by the loads alone, without the weight of the links, it "
+        f"was {usual_load} and is {load}"
     )
 
 
@@ -136,8 +139,8 @@ def fit_values(fit: Fit, before: Values | None = None) -> Values:
         "structure": {e.key: structure_values(fit, e.key) for e in fit.model.effects if e.structures()},
         "undetermined": undetermined_values(fit),
         "not_identifiable": [parameter_name(fit.model, key, i) for key, i in not_identifiable(fit)],
-        "expected_remaining_fraction": shares and [round(x, 3) for x in shares[1]],
-        "expected_remaining_fraction_before": shares and [round(x, 3) for x in shares[0]],
+        "expected_remaining_fraction": shares and [round(x, 3) for x in shares[0][1]],
+        "expected_remaining_fraction_before": shares and [round(x, 3) for x in shares[0][0]],
         "at_bound": [parameter_name(fit.model, key, i) for key, i in fit.at_bound],
         "unexplained_mm": mm(pose_error_sigma(fit)),
         "beyond_mm": mm_or_none(beyond_sigma(fit)),

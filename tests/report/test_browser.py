@@ -14,13 +14,15 @@ import pytest
 from postproc.compensation.options import Options
 from postproc.diagnostics import Source
 from postproc.model.file import default_model
-from postproc.report.page import render_certificate, render_page
+from postproc.report.page import render_certificate, render_page, render_sheet
 from postproc.results.addition import addition_document
 from postproc.results.certificate import arm_certificate, program_certificate
 from postproc.results.comparison import comparison_document
 from postproc.results.diagnosis import diagnosis_document
+from postproc.results.first_plan import first_plan_document
 from postproc.runtime.passes import correct_program
 from tests.bench.programs import program
+from tests.identification.test_first_plan import planned
 from tests.report.build import (
     BACKLASH,
     LONG_NAME,
@@ -76,6 +78,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "batch": lambda: batch_page(f"{LONG_NAME}_{i:04d}.mod" for i in range(12)),
     "long batch": lambda: batch_page(f"{LONG_NAME}_{i:04d}.mod" for i in range(250)),
     "diff": folders_page,
+    "sheet": lambda: render_sheet(first_plan_document("irb4600_60_205", planned("gauge", load=30.0))),
 }
 
 
@@ -250,6 +253,11 @@ def test_on_a_phone_nothing_is_cut_off_or_small(opened: Open, name: str) -> None
 def test_everything_has_a_name_for_who_hears_the_page(opened: Open) -> None:
     for page in map(opened, (PAGES["compensate"](), PAGES["add"]())):
         assert page.evaluate(NAMELESS) == [] and page.evaluate("document.documentElement.lang") == "en"
+
+
+def test_a_sheet_is_one_printed_page(opened: Open) -> None:
+    pdf = opened(PAGES["sheet"]()).pdf(prefer_css_page_size=True, format="A4")
+    assert pdf.startswith(b"%PDF") and pdf.count(b"/Type /Page\n") == 1
 
 
 def test_a_printed_page_has_its_pictures(opened: Open) -> None:

@@ -17,7 +17,7 @@ from postproc.estimation.priors import is_placed, prior_of
 from postproc.estimation.solving.determined import slope
 from postproc.model.arm import StatedPrior
 
-CLEARLY = 4.0
+CLEARLY = 8.0
 """Twice the logarithm of the odds by which another size must be likelier than the ordinary one."""
 SIZES = (0.3, 0.1)
 """Factors of the ordinary sizes that an arm may have: some are calibrated well."""

@@ -238,8 +238,9 @@ def curve_forms(state: State, site: Site, seen: bool = True) -> CurveForms:
         blocks.append(block(SQUARE, away))
     if "time" in signals or number:
         blocks += memories(signals, state.session)
-    blocks += [*lags(signals), *creeps(signals), *pulls(state, site), *around(state, site)]
-    blocks += readings(state, site, others) if seen else ()
+    blocks += [*lags(signals), *creeps(signals), *pulls(state, site)]
+    blocks += () if state.touches else around(state, site)
+    blocks += readings(state, site, others) if seen and not state.touches else ()
     leaning, wide = overturning(state, others)
     wide = [*wide, *(p for s in every if s.column for p in each_level(s))]
     wide += [p for column in word_columns.values() for p in each_word(column)]

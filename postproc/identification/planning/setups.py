@@ -49,13 +49,8 @@ class Position(ReadingKind):
         return np.zeros(6)
 
 
-SHOP: Mapping[str, ReadingKind] = {
-    "gauge": Gauge(),
-    "tip": Tip(),
-    "plane": Plane(),
-    "distance": Distance(),
-    "position": Position(),
-}
+SHOP: Mapping[str, ReadingKind]
+SHOP = {"gauge": Gauge(), "tip": Tip(), "plane": Plane(), "distance": Distance(), "position": Position()}
 """What can be planned without a table."""
 TOUCHED = ("tip", "plane")
 DRAWN, POOL = 2500, 600

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -34,24 +33,6 @@ class Readings:
     def rows(self, index: Any) -> Readings:
         """Return the readings of some rows (slice, mask or indices)."""
         return replace(self, numbers=self.numbers[index], direction=self.direction[index], sign=self.sign[index])
-
-
-def stacked_readings(parts: Sequence[Readings | None], lengths: Sequence[int]) -> Readings | None:
-    """Return the readings of several tables one below the other; None where none has any.
-
-    Args:
-        lengths: number of rows of each table.
-    """
-    known = [part for part in parts if part is not None]
-    if not known:
-        return None
-    nothing = (np.full((1, 3), np.nan), np.full((1, 3), np.nan), np.zeros(1))
-    every = [
-        tuple(np.repeat(x, n, axis=0) for x in nothing) if part is None else (part.numbers, part.direction, part.sign)
-        for part, n in zip(parts, lengths, strict=True)
-    ]
-    numbers, direction, sign = (np.concatenate(column) for column in zip(*every, strict=True))
-    return Readings(numbers, direction, sign, any(part.zero_open for part in known))
 
 
 @dataclass(frozen=True)
@@ -90,7 +71,8 @@ class ReadingKind(ABC):
     Attributes:
         column: of a table, which names the set-up. reading: columns of its numbers, none where these are zero.
         point, plane, zero: which unknowns a set-up has. noise: standard deviation [m] where nobody states one.
-        each: numbers a row has. lasting: whether another table may come back to a set-up.
+        touches: whether rows hold the TCP to one place or plane. each: numbers a row has.
+        lasting: whether another table may come back to a set-up.
     """
 
     column: ClassVar[str]
@@ -99,6 +81,7 @@ class ReadingKind(ABC):
     plane: ClassVar[bool] = False
     zero: ClassVar[bool] = False
     noise: ClassVar[float]
+    touches: ClassVar[bool] = False
     each: ClassVar[int] = 1
     lasting: ClassVar[bool] = True
 

@@ -18,7 +18,7 @@ class Plane(ReadingKind):
     """A plane n.p = d: n is the base's z turned by a rotation vector (a, b, 0), so that n.z >= 0; n and d unknown."""
 
     column = "plane"
-    plane = True
+    plane = touches = True
     noise = 5e-5
 
     def read(self, seen: Seen) -> Read:

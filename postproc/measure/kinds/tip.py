@@ -12,7 +12,7 @@ class Tip(ReadingKind):
     """A spike, a ball or a hole that is touched: p - c = 0, c unknown."""
 
     column = "tip"
-    point = True
+    point = touches = True
     noise = 5e-5
     each = 3
 

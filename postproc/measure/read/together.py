@@ -15,7 +15,7 @@ from postproc.channels.state import State
 from postproc.diagnostics import Diagnostic, PostprocError, Severity, Source, has_errors
 from postproc.measure.alignment import align
 from postproc.measure.checks.readings import CLEARER, SUSPICIOUS_M, PlacedArm, align_arm
-from postproc.measure.kinds.base import stacked_readings
+from postproc.measure.kinds.base import Readings
 from postproc.measure.measurements import FEWEST_ROWS_JUDGED, Measurements
 from postproc.measure.read.cells import read_cells
 from postproc.measure.read.layout import read_column_map
@@ -81,7 +81,13 @@ def together(tables: Sequence[Measurements], robot: Robot) -> Measurements:
             )
     if len({table.tool_known for table in tables}) > 1:
         message = "a program tells the tool of some of the tables, and of others nobody"
-        raise PostprocError(_finding("error", message, "give joint angles in all of them, or targets in all"))
+        raise PostprocError(
+            _finding(
+                "error",
+                message,
+                "give joint angles in all of them, or targets in all; or state the tool in columns `tool_x_mm` ..",
+            )
+        )
     names = [table.state.session_names or (name,) for table, name in zip(tables, _names(sources), strict=True)]
     for (one, names_a), (other, names_b) in combinations(zip(tables, names, strict=True), 2):
         setup = _check_setup(one, other, robot, shared=sorted(set(names_a) & set(names_b)))
@@ -95,7 +101,7 @@ def together(tables: Sequence[Measurements], robot: Robot) -> Measurements:
         rotation=_stacked([table.rotation for table in tables], tables, np.nan),
         joint=_stacked([table.joint for table in tables], tables, np.nan),
         sigma=_stacked([table.sigma for table in tables], tables, np.nan),
-        readings=stacked_readings([table.readings for table in tables], list(map(len, tables))),
+        readings=_readings(tables),
         pose_id=tuple(label for table in tables for label in table.pose_id),
         row=tuple(row for table in tables for row in table.row),
         line=tuple(line for table in tables for line in table.line),
@@ -137,6 +143,17 @@ def _stacked(parts: Sequence[Array | None], tables: Sequence[Measurements], fill
     return np.concatenate([np.full((len(t), *known.shape[1:]), fill) if p is None else p for p, t in pairs])
 
 
+def _readings(tables: Sequence[Measurements]) -> Readings | None:
+    """Return the readings of all tables; None where none has any."""
+    nothing = Readings(np.full((1, 3), np.nan), np.full((1, 3), np.nan), np.zeros(1))
+    parts = [table.readings or nothing.rows(np.zeros(len(table), dtype=int)) for table in tables]
+    numbers, direction, sign = (
+        np.concatenate([getattr(part, name) for part in parts]) for name in ("numbers", "direction", "sign")
+    )
+    known = Readings(numbers, direction, sign, any(part.zero_open for part in parts))
+    return known if any(table.readings for table in tables) else None
+
+
 def _state(tables: Sequence[Measurements], names: Sequence[tuple[str, ...]], findings: list[Diagnostic]) -> State:
     """Return the states of all tables as one.
 
@@ -168,6 +185,7 @@ def _state(tables: Sequence[Measurements], names: Sequence[tuple[str, ...]], fin
         reflector_names=() if points == ("",) else points,
         setup=setup if setups else None,
         setup_names=setups,
+        touches=any(s.touches for s in states),
         temperature=_shared("temperature_C", [s.temperature for s in states], tables, findings),
         time=_shared("time_s", going_on([s.time for s in states]), tables, findings),
         channels=channels,

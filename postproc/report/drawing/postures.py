@@ -12,9 +12,9 @@ from postproc.model.arm import Model
 from postproc.report.drawing.charts import line
 from postproc.robot.kinematics import body_poses
 
-SIZE = 130
+SIZE = 110
 """Width and height of a drawing [pixels]."""
-AIM = 18
+AIM = 15
 """Length of the arrow at the tool [pixels]."""
 
 
