@@ -88,35 +88,44 @@ def free_postures(g: np.random.Generator, s: Shop, n: int) -> np.ndarray:
     return q[good][:n]
 
 
+CONE = np.radians(75)
+"""From the direction in which a tool points to where it may point [rad]."""
+
+
 def touching(
-    g: np.random.Generator, s: Shop, points: np.ndarray, way: np.ndarray, approach: np.ndarray, cone_deg: float = 75
-) -> np.ndarray:
-    """(n, 6) joints that are commanded when the real TCP is at points (n, 3), found by jogging, to 1e-4 deg.
+    g: np.random.Generator,
+    s: Shop,
+    points: np.ndarray,
+    way: np.ndarray,
+    approach: np.ndarray,
+    load: np.ndarray | None = None,
+) -> States:
+    """States with the joints that are commanded when the real TCP is at points (n, 3), found by jogging, to 1e-4 deg.
 
     Args:
-        way: (3,) direction in which the tool points, within a cone of so many degrees; approach: (n, 6) sides.
+        way: (3,) direction in which the tool points, about; approach: (n, 6) sides; load: (n,) [kg], light where None.
     """
     pool = postures(g, s, 30_000)
     f = s.nominal.arm.forward(pool, s.nominal.tool).tcp
-    pool, f = pool[aimed := f[:, :3, 2] @ way > np.cos(np.radians(cone_deg - 10))], f[aimed]
+    pool, f = pool[aimed := f[:, :3, 2] @ way > np.cos(CONE - 0.2)], f[aimed]
     q, left = np.zeros((len(points), 6)), np.arange(len(points))
+    every = s.states(q, s.light if load is None else load, approach)
     for _ in range(30):
         far = np.linalg.norm(f[None, :, :3, 3] - points[left, None], axis=2)
         near = np.argsort(far, axis=1)[:, :60]
         start = pool[near[np.arange(len(left)), g.integers(60, size=len(left))]]
-        found, good = jog(s, start, points[left], approach[left], way, cone_deg)
+        found, good = jog(s, replace(every.take(left), q=start), points[left], way)
         q[left[good]] = found[good]
         if not len(left := left[~good]):
-            return np.round(q / DEG, 4) * DEG
+            return replace(every, q=np.round(q / DEG, 4) * DEG)
     raise RuntimeError(f"{s.robot} cannot touch {points[left[0]]}")
 
 
-def jog(
-    s: Shop, q: np.ndarray, points: np.ndarray, approach: np.ndarray, way: np.ndarray, cone_deg: float
-) -> tuple[np.ndarray, np.ndarray]:
+def jog(s: Shop, at: States, points: np.ndarray, way: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Joints (n, 6) from which the real TCP has come to the points by the shortest way, and whether it could."""
+    q = at.q
     for _ in range(12):
-        e = settle(s.cell, s.states(q, s.light, approach))
+        e = settle(s.cell, replace(at, q=q))
         off = points - e.frames.tcp[:, :3, 3]
         if np.abs(off).max() < 1e-8:
             break
@@ -124,6 +133,6 @@ def jog(
         step = np.einsum("nji,ni->nj", np.linalg.pinv(np.stack(arm, axis=2)), off)
         q = q + np.clip(step, -0.15, 0.15)
     good = np.linalg.norm(points - e.frames.tcp[:, :3, 3], axis=1) < 1e-7
-    good &= e.frames.tcp[:, :3, 2] @ way > np.cos(np.radians(cone_deg))
+    good &= e.frames.tcp[:, :3, 2] @ way > np.cos(CONE)
     good &= (q > s.cell.arm.lower + 0.02).all(axis=1) & (q < s.cell.arm.upper - 0.02).all(axis=1)
     return q, good & (np.abs(q[:, 4]) > np.radians(10))

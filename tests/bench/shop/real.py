@@ -24,7 +24,7 @@ import numpy as np
 
 from tests.bench.loads.judge import command
 from tests.bench.shop.arms import UR10_COMPLIANCE, Shop
-from tests.bench.shop.judge import numbers
+from tests.bench.shop.judge import GEOMETRY, numbers
 from tests.bench.shop.refit import placed, refit, rms, tcp
 from tests.bench.shop.sets import Rows, csv_of, joined, rows_of
 from tests.independent import arm as A
@@ -44,7 +44,7 @@ BAD = 6.0
 
 def read(path: Path) -> tuple[np.ndarray, np.ndarray]:
     """Joints (n, 6) [rad], positions (n, 3) [m]."""
-    rows = list(csv.DictReader(path.open()))
+    rows = list(csv.DictReader(path.read_text("utf-8").splitlines()))
     q = np.radians([[float(x[f"q{j}_deg"]) for j in range(1, 7)] for x in rows])
     return q, 1e-3 * np.array([[float(x[f"{c}_mm"]) for c in "xyz"] for x in rows])
 
@@ -119,7 +119,9 @@ def planes_and_wire(s: Shop, q: np.ndarray, p: np.ndarray) -> Rows:
 MAKERS = {"pairs": pairs, "planes": planes, "anchors": anchors, "planes+wire": planes_and_wire}
 
 
-def one(name: str, data: Path, folder: Path, effects: str, only: str, reference: bool) -> list[dict[str, Any]]:
+def one(
+    name: str, data: Path, folder: Path, only: str = "", effects: str = GEOMETRY, reference: bool = False
+) -> list[dict[str, Any]]:
     """Figures of one real table: error of the positions held out [mm], after the best rigid placement, by kind of reading."""
     q, p = read(next(x for x in (data / f"{name}.csv", data / f"{name}_thinned.csv") if x.exists()))
     held, robot = np.arange(len(q)) * 25 // len(q) % 5 == 0, TABLES[name]
@@ -177,7 +179,7 @@ def report(
     """Figures of both tables, and which derived readings are worse than they may be."""
     results, bad = [], []
     for name in TABLES:
-        some = one(name, data, folder, effects, only, reference)
+        some = one(name, data, folder, only, effects, reference)
         best = next(x.get("held_mm", np.nan) for x in some if x["set"].endswith("positions"))
         for x in some[1:]:
             if "failed" in x or ("file" in x and not x["held_mm"] <= BETTER * best):

@@ -97,15 +97,19 @@ def gauges(g: np.random.Generator, s: Shop, count: int = 12, resolution: float =
     )
 
 
-def tips(g: np.random.Generator, s: Shop, count: int = 1, each: int = 30) -> Rows:
+def loads(s: Shop, n: int, several: bool) -> np.ndarray:
+    """(n,) the light load, or that and the full one in turn [kg]."""
+    return np.where(several & (np.arange(n) % 2 == 1), s.full, s.light)
+
+
+def tips(g: np.random.Generator, s: Shop, count: int = 1, each: int = 30, several: bool = False) -> Rows:
     """Spikes, each touched in so many postures, from above."""
-    points = {
-        f"S{i + 1}": spot(g, s, a, h) for i, (a, h) in enumerate([(0, 0.25), (55, 0.4), (-55, 0.2), (25, 0.5)][:count])
-    }
+    where = [(0, 0.25), (55, 0.4), (-55, 0.2), (25, 0.5)][:count]
+    points = {f"S{i + 1}": spot(g, s, azimuth, height) for i, (azimuth, height) in enumerate(where)}
     names = [name for name in points for _ in range(each)]
     at = np.array([points[name] for name in names]) + g.normal(0, TOUCH, (len(names), 3))
-    side = sides(g, len(names))
-    return rows_of(s.states(touching(g, s, at, DOWN, side), s.light, side), "tip", names, TOUCH, dict(points))
+    states = touching(g, s, at, DOWN, sides(g, len(names)), loads(s, len(names), several))
+    return rows_of(states, "tip", names, TOUCH, dict(points))
 
 
 def planes(g: np.random.Generator, s: Shop, each: int = 20) -> Rows:
@@ -119,18 +123,19 @@ def planes(g: np.random.Generator, s: Shop, each: int = 20) -> Rows:
         across = g.uniform(-size, size, (each, 3))
         across -= (across @ normal)[:, None] * normal
         at = middle + across + g.normal(0, TOUCH, each)[:, None] * normal
-        q = touching(g, s, at, -normal, side)
         truth = {name: np.append(normal, normal @ middle)}
-        parts.append(rows_of(s.states(q, s.light, side), "plane", [name] * each, TOUCH, truth))
+        parts.append(rows_of(touching(g, s, at, -normal, side), "plane", [name] * each, TOUCH, truth))
         parts[-1].label[:] = [f"{name}{i + 1}" for i in range(each)]
     return joined(parts)
 
 
-def distances(g: np.random.Generator, s: Shop, count: int = 60, offset_free: bool = False) -> Rows:
+def distances(
+    g: np.random.Generator, s: Shop, count: int = 60, offset_free: bool = False, several: bool = False
+) -> Rows:
     """Distances from two fixed points, by a bar or a wire, at random postures within its length."""
     points = {"A1": spot(g, s, -35, 0.05), "A2": spot(g, s, 45, 0.1)}
     q = free_postures(g, s, 20 * count)
-    states = s.states(q, s.light, sides(g, len(q)))
+    states = s.states(q, loads(s, len(q), several)[g.permutation(len(q))], sides(g, len(q)))
     p = real_tcp(s, states)
     name = np.array(list(points), object)[np.arange(len(q)) % 2]
     far = np.linalg.norm(p - np.array([points[x] for x in name]), axis=1)
@@ -151,8 +156,7 @@ def artefacts(g: np.random.Generator, s: Shop, places: int = 25) -> Rows:
         way /= np.linalg.norm(way)
         ends = middle + np.array([[-0.5], [0.5]]) * length * way
         ends[1] += g.normal(0, ARTEFACT) * way
-        side = sides(g, 2)
-        states = s.states(touching(g, s, ends, DOWN, side), s.light, side)
+        states = touching(g, s, ends, DOWN, sides(g, 2))
         label = np.array([f"B{i + 1}a", f"B{i + 1}b"], object)
         read = np.array([np.nan, length])
         parts.append(rows_of(states, "between", ["", label[0]], ARTEFACT, {}, reading=read, label=label))
@@ -187,11 +191,11 @@ KINDS: dict[str, Maker] = {
 }
 MIXTURES = ("gauge+tip", "tip+plane+distance", "position+gauge")
 LARGE: dict[str, Maker] = {
-    "tip": lambda g, s: tips(g, s, 4, 40),
-    "distance": lambda g, s: distances(g, s, 160),
-    "tip+distance": lambda g, s: joined([tips(g, s, 3, 30), distances(g, s, 90)]),
+    "tip": lambda g, s: tips(g, s, 4, 40, True),
+    "distance": lambda g, s: distances(g, s, 160, several=True),
+    "tip+distance": lambda g, s: joined([tips(g, s, 3, 30, True), distances(g, s, 90, several=True)]),
 }
-"""Tables in which a hidden effect must be found."""
+"""Tables in which a hidden effect must be found: half of the rows under the full load."""
 
 
 def table(kind: str, s: Shop, seed: int) -> Rows:
