@@ -23,6 +23,8 @@ from postproc.measure.measurements import Measurements
 from postproc.measure.observations import Observation
 from postproc.model.arm import Model
 
+WEAK = 0.1
+"""Share of the weight of priors that counts where the residual of few readings tells their noise."""
 ASSUMED = 10.0
 """Degrees of freedom with which the assumed noise of few readings counts beside what they show of it."""
 
@@ -111,14 +113,22 @@ class Solution:
         What parameters x predict that a penalty or a prior pulls to m is added to the residual, y = r + A (x - m), so
         that y - U U^T y is the residual again.
         """
-        off, weight = self._vector(), self.penalty
-        if self.pull is not None and self.centre is not None:
-            off, weight = off - self.centre, np.hypot(weight, self.pull)
-        soft = np.flatnonzero(weight)
-        y = self.problem.residual + self.columns[:, soft] @ off[soft]
         turns = self.problem.whiten(self.problem.sensitivity.matrix[:, :, :6])
         share = independent_share(self.problem.residual, turns, self.problem.row)
-        return Linear(y, self.basis(), self.problem.row, min(share, self.informative))
+        return replace(self._as_if_independent(), independent=min(share, self.informative))
+
+    def _as_if_independent(self, share: float = 1.0) -> Linear:
+        """Return the fit as a linear problem in which all numbers are independent.
+
+        Args:
+            share: of the weight of the priors that counts.
+        """
+        off, weight = self._vector(), self.penalty
+        if self.pull is not None and self.centre is not None:
+            off, weight = off - self.centre, np.hypot(weight, share * self.pull)
+        soft = np.flatnonzero(weight)
+        y = self.problem.residual + self.columns[:, soft] @ off[soft]
+        return Linear(y, basis_of(self.columns, weight), self.problem.row)
 
     def basis(self, share: float = 1.0) -> Array:
         """Return (N, k) basis of what the fit can still move.
@@ -162,15 +172,15 @@ class Solution:
     def variance(self) -> float:
         """Residual variance in units of the assumed one: the whitened sum of squares over the degrees of freedom.
 
-        Where priors take part in a fit of few readings, it is that of the readings alone, with `ASSUMED` degrees of
-        freedom of the assumed noise: what priors keep a fit from reaching is no noise.
+        Where priors take part in a fit of few readings, it is that with priors of a tenth of their weight, with
+        `ASSUMED` degrees of freedom of the assumed noise: what priors keep a fit from reaching is no noise. Without
+        any, an arm that shrinks to a tip would have none.
         """
         if not self.problem.few:
             return float(self.problem.residual @ self.problem.residual) / max(self.freedom, 1.0)
-        free = basis_of(self.columns, self.penalty)
-        left = self.problem.residual - free @ (free.T @ self.problem.residual)
-        freedom = self.informative * len(left) - free.shape[1]
-        return (float(left @ left) + ASSUMED) / (max(freedom, 0.0) + ASSUMED)
+        free = self._as_if_independent(WEAK)
+        freedom = self.informative * len(free.residual) - float(np.sum(free.nuisance**2))
+        return (float(free.projected_residual @ free.projected_residual) + ASSUMED) / (max(freedom, 0.0) + ASSUMED)
 
     @cached_property
     def inverse(self) -> Array:
