@@ -237,11 +237,7 @@ class Problem:
         pose = 3 if self.data.rotation is None else 6
         matrix[:, :pose] = of_pose.matrix[:, :pose]
         if self.read is not None:
-            # Set-ups are fixed to the frame of measured points, wherever an instrument stands.
-            seen, rows = self.read, self.set_up
-            turn = seen.by_point[rows] @ np.swapaxes(self.equilibrium.R_instrument_reference[rows], 1, 2)
-            matrix[rows, :3] = turn @ of_pose.matrix[rows, :3]
-            matrix[rows, :3, INSTRUMENT:SETUP], matrix[rows, :3, SETUP:] = 0.0, seen.by_unknown[rows]
+            matrix[self.set_up, :3] = of_readings(of_pose, self.equilibrium, self.read, self.set_up)
         if self.data.joint is not None:
             matrix[:, pose:, :6] = np.eye(6)
         return replace(of_pose, matrix=matrix)
@@ -313,6 +309,19 @@ class Problem:
         scale = typical.max(axis=0, initial=0.0)
         filled = Weights(np.where(typical > 0, typical, scale), self.weights.turn)
         return np.asarray(filled.whiten(np.nan_to_num(self.error)[:, :, None])[:, :, 0] ** 2)
+
+
+def of_readings(of_pose: Sensitivity, balance: Equilibrium, read: Observed, rows: NDArray[np.bool_] | slice) -> Array:
+    """Return (m, 3, 66) derivatives of what m rows with a set-up read, 0 where they read nothing.
+
+    Set-ups are fixed to the frame of measured points, wherever an instrument stands.
+
+    Args:
+        of_pose: derivatives of all n poses, balance: their equilibrium, read: what they read; rows: which count.
+    """
+    matrix = read.by_point[rows] @ np.swapaxes(balance.R_instrument_reference, 1, 2)[rows] @ of_pose.matrix[rows, :3]
+    matrix[:, :, INSTRUMENT:SETUP], matrix[:, :, SETUP:] = 0.0, read.by_unknown[rows]
+    return matrix
 
 
 def at_least_ordinary(model: Model, spring: Effect) -> Effect:

@@ -29,7 +29,7 @@ from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
 from postproc.model.ordered import with_ordered_channels
 from postproc.model.uncertainty import beyond_range, derivatives, read_uncertainty, sigma_parts
-from postproc.model.undetermined import full_covariance
+from postproc.model.undetermined import covariance_factor, full_covariance
 
 PARTS = ("parameters", "unexplained", "noise")
 PREDICTION_HEADER = ",".join(
@@ -168,20 +168,16 @@ def _sigma_placed(placed: Fit, state: State) -> Array:
     known = read_uncertainty(model)
     if known is None:
         return np.full(len(state), np.nan)
-    S = full_covariance(known)
     names = (*known.parameters, *known.held)
     counted = derivatives(model, state.rows(slice(0, 1)), names, instrument=False)[2]
-    size, axes = np.linalg.eigh(S[np.ix_(counted, counted)])
-    factor = axes * np.sqrt(np.maximum(size, 0.0))
-    names = tuple(name for name, one in zip(names, counted, strict=True) if one)
-    measured = placed.problem.weights.used[:, :3].ravel()
-    at_rows = derivatives(model, seen, placed.parameters)[0].reshape(len(measured), -1)[measured]
-    inverse = np.linalg.pinv(at_rows)
-    taken = inverse @ (derivatives(model, seen, names)[0] @ factor).reshape(len(measured), -1)[measured]
-    by_frame = derivatives(model, state, placed.parameters)[0]
-    off = derivatives(model, state, names)[0] @ factor - by_frame @ taken
+    factor = covariance_factor(full_covariance(known)[np.ix_(counted, counted)])
+    names = (*placed.parameters, *(name for name, one in zip(names, counted, strict=True) if one))
+    measured, count = placed.problem.weights.used[:, :3], len(placed.parameters)
+    D, at_rows = derivatives(model, state, names)[0], derivatives(model, seen, names)[0][measured]
+    inverse = np.linalg.pinv(at_rows[:, :count])
+    off = (D[:, :, count:] - D[:, :, :count] @ (inverse @ at_rows[:, count:])) @ factor
     scatter = np.sqrt(placed.scatter_of_parameters) / float(np.mean(placed.problem.weights.values[:, :3]))
-    noise = scatter * by_frame @ inverse
+    noise = scatter * D[:, :, :count] @ inverse
     return np.asarray(np.sqrt((np.sum(off**2, axis=(1, 2)) + np.sum(noise**2, axis=(1, 2))) / 3))
 
 
