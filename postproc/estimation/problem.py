@@ -18,8 +18,8 @@ from postproc.effects.base import Effect
 from postproc.effects.roles import Role
 from postproc.estimation.priors import may_be_anywhere
 from postproc.measure.checks.repeats import Noise
-from postproc.measure.kinds.base import UNKNOWNS
-from postproc.measure.kinds.observed import Observed, observed
+from postproc.measure.kinds.base import UNKNOWNS, Read
+from postproc.measure.kinds.observed import observed
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 from postproc.model.derivatives.places import INSTRUMENT, PLACES, SETUP
@@ -165,7 +165,7 @@ class Problem:
         return frozenset(e.key for e in self.model.effects if may_be_anywhere(e) and e.role not in known)
 
     @cached_property
-    def read(self) -> Observed | None:
+    def read(self) -> Read | None:
         """What rows with a set-up read by the model, with derivatives; None where all rows measure positions."""
         readings, state = self.data.readings, self.data.state
         if readings is None:
@@ -311,7 +311,7 @@ class Problem:
         return np.asarray(filled.whiten(np.nan_to_num(self.error)[:, :, None])[:, :, 0] ** 2)
 
 
-def of_readings(of_pose: Sensitivity, balance: Equilibrium, read: Observed, rows: NDArray[np.bool_] | slice) -> Array:
+def of_readings(of_pose: Sensitivity, balance: Equilibrium, read: Read, rows: NDArray[np.bool_] | slice) -> Array:
     """Return (m, 3, 66) derivatives of what m rows with a set-up read, 0 where they read nothing.
 
     Set-ups are fixed to the frame of measured points, wherever an instrument stands.

@@ -53,11 +53,11 @@ class Seen:
 
 @dataclass(frozen=True)
 class Read:
-    """What m rows read, and its derivatives.
+    """What m rows read, and its derivatives. Of all rows of a table k is 3; what a row does not read is NaN there.
 
     Args:
         value: (m, k) predicted numbers [m]. by_point: (m, k, 3) by the TCP. by_unknown: (m, k, 6) by the unknowns of
-            the set-up [1], of angles [m/rad].
+            the set-up [1], of angles [m/rad]. Both are 0 where nothing is read.
     """
 
     value: Array
@@ -102,10 +102,21 @@ class ReadingKind(ABC):
         return cls.point, cls.plane, cls.zero or cls.plane
 
 
-def unknown(point: Array | None = None, tilt: Array | None = None, zero: float = 0.0) -> Array:
+def unknown(point: Array | float = 0.0, tilt: Array | float = 0.0, zero: float = 0.0) -> Array:
     """Return (6,) unknowns of a set-up, 0 where a kind has none."""
     result = np.zeros(UNKNOWNS)
-    result[POINT] = 0.0 if point is None else point
-    result[TILT] = 0.0 if tilt is None else tilt
-    result[ZERO] = zero
+    result[POINT], result[TILT], result[ZERO] = point, tilt, zero
     return result
+
+
+def single(
+    value: Array, along: Array, point: Array | float = 0.0, tilt: Array | float = 0.0, zero: Array | float = -1.0
+) -> Read:
+    """Return readings (m,) of one number a row.
+
+    Args:
+        along: (m, 3) derivatives by the TCP; point: (m, 3), tilt: (m, 2), zero: (m,) by the unknowns of the set-up.
+    """
+    by_unknown = np.zeros((len(value), 1, UNKNOWNS))
+    by_unknown[:, 0, POINT], by_unknown[:, 0, TILT], by_unknown[:, 0, ZERO] = point, tilt, zero
+    return Read(value[:, None], along[:, None], by_unknown)
