@@ -9,7 +9,7 @@ from postproc.arrays import Array
 from postproc.measure.kinds.base import TILT, ZERO, Read, ReadingKind, Seen, single, unknown
 from postproc.robot.pose import left_jacobian
 
-ROUNDS = 20
+WEIGHINGS = 20
 """Times that rows are weighed anew by how far they lie off (least absolute distances)."""
 NEAREST_M = 1e-5
 
@@ -32,7 +32,7 @@ class Plane(ReadingKind):
     def start(self, seen: Seen, numbers: Array) -> Array:
         """Return the plane of least absolute distances (iteratively reweighted principal axes)."""
         weight = np.ones(len(seen.point))
-        for _ in range(ROUNDS):
+        for _ in range(WEIGHINGS):
             centre = weight @ seen.point / weight.sum()
             _, _, axes = np.linalg.svd((seen.point - centre) * np.sqrt(weight)[:, None])
             normal = axes[2] if axes[2, 2] >= 0 else -axes[2]
