@@ -265,7 +265,7 @@ def _placed(problem: Problem, figures: Noise, masks: Masks) -> Fit:
     weights, excluded = reweighted(placed, problem.weights, figures, False)
     placed = placed.weighted(weights)
     at = slope(placed, masks, set(), {})
-    return Fit(placed, masks, at_bound=(), noise=figures, excluded=excluded, **at.found)
+    return Fit(placed, masks, at_bound=(), noise=figures, excluded=excluded, **at.shared)
 
 
 def placed_by_points(data: Measurements) -> bool:

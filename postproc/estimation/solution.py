@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
+from postproc.effects.asking import of_parameters
 from postproc.effects.base import Effect
 from postproc.effects.similarity import ordinary_sizes
 from postproc.estimation.held_out import contiguous_blocks, hold_out, standardised
@@ -111,7 +112,7 @@ class Solution:
         What parameters x predict that a penalty or a prior pulls to m is added to the residual, y = r + A (x - m), so
         that y - U U^T y is the residual again.
         """
-        off, weight = self._vector(), self.penalty
+        off, weight = of_parameters(self.model.effects, self.parameters), self.penalty
         if self.pull is not None and self.centre is not None:
             off, weight = off - self.centre, np.hypot(weight, self.pull)
         soft = np.flatnonzero(weight)
@@ -142,11 +143,6 @@ class Solution:
         mask[[i for key, i in self.at_bound if key == effect.key]] = True
         return self.problem.columns(effect, mask)
 
-    def _vector(self) -> Array:
-        """Return (p,) fitted values in the order of ``parameters``."""
-        values = {e.key: e.vector() for e in self.model.effects}
-        return np.array([values[key][i] for key, i in self.parameters])
-
     @cached_property
     def informative(self) -> float:
         """Share of measured numbers that are new information; below 1 where repeats of a pose share rounded angles."""
@@ -168,9 +164,9 @@ class Solution:
         if not self.problem.few:
             return float(self.problem.residual @ self.problem.residual) / max(self.freedom, 1.0)
         free = basis_of(self.columns, self.penalty)
-        left = self.problem.residual - free @ (free.T @ self.problem.residual)
-        freedom = self.informative * len(left) - free.shape[1]
-        return (float(left @ left) + ASSUMED) / (max(freedom, 0.0) + ASSUMED)
+        error = self.problem.residual - free @ (free.T @ self.problem.residual)
+        freedom = self.informative * len(error) - free.shape[1]
+        return (float(error @ error) + ASSUMED) / (max(freedom, 0.0) + ASSUMED)
 
     @cached_property
     def inverse(self) -> Array:

@@ -116,7 +116,7 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
         at = sloped(stopped)
     bound = tuple(sorted(stopped))
     strength = dict(terms.strength)
-    return Fit(problem, terms.free, at_bound=bound, noise=noise, excluded=excluded, strength=strength, **at.found)
+    return Fit(problem, terms.free, at_bound=bound, noise=noise, excluded=excluded, strength=strength, **at.shared)
 
 
 def _blocking(at: Slope, stopped: set[Name], slope_without: Callable[[set[Name]], Slope]) -> set[Name]:
