@@ -10,6 +10,7 @@ from scipy.special import ndtr
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, Severity
+from postproc.measure.alignment import turning_point
 from postproc.measure.checks.readings import PlacedArm
 from postproc.measure.consensus import sessions_of
 from postproc.measure.errors import CHANCE
@@ -67,10 +68,7 @@ def _stays(T_base_flange: Array, readings: Sequence[Array]) -> bool:
     moves = np.concatenate([np.linalg.norm(y - np.median(y, axis=0), axis=1) for y in readings])
     if least < STILL * TRAVEL_M or np.quantile(moves, 0.9) > least:
         return False
-    # p + R c = s, in the six numbers of c and s.
-    turns = np.concatenate([R, np.broadcast_to(-np.eye(3), R.shape)], axis=2)
-    point, *_ = np.linalg.lstsq(turns.reshape(-1, 6), -p.ravel(), rcond=1e-9)
-    return bool(np.median(np.linalg.norm(p + turns @ point, axis=1)) > least)
+    return turning_point(R, p)[1] > least
 
 
 def _verdict(name: str, readings: Sequence[Array]) -> tuple[str, bool]:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from postproc.arrays import Array
+from postproc.arrays import Array, numbered
 from postproc.diagnostics import PostprocError
 from postproc.measure.kinds.base import ReadingKind, Readings
 from postproc.measure.kinds.observed import KINDS
@@ -55,10 +55,10 @@ def with_setups(data: Measurements, table: Table, measured: bool) -> Measurement
         for i in rows:
             # A distance between two rows is called as its row: no other row, of any table, shares its unknown.
             setups[i] = f"{kind.column} {words[i] if kind.lasting else f'{data.row[i]} {table.cells.source.path}'}"
-    every = tuple(dict.fromkeys(name for name in setups if name))
-    index = np.array([every.index(name) if name else -1 for name in setups])
+    index, every = numbered(["", *setups])
+    assert index is not None
     touches = any(KINDS[k].touches for k in which if k >= 0)
-    state = data.state.with_(setup=index, setup_names=every, touches=touches)
+    state = data.state.with_(setup=index[1:] - 1, setup_names=every[1:], touches=touches)
     pairs = np.flatnonzero([k >= 0 and not KINDS[k].lasting for k in which])
     sigma = _deviations(data, which, numbers, table)
     sigma[pairs] /= np.sqrt(2)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from postproc.arrays import Array
+from postproc.arrays import Array, numbered
 from postproc.channels.state import State
 from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.measure.checks.likely_wrong import check_measurements
@@ -168,10 +168,8 @@ def _followed(state: State, table: Table, terms: Reading) -> tuple[State, str]:
 
 def _state(table: Table, commanded: Commanded) -> State:
     """Return the commanded state with the channels of the table; DAT015 where payload mass or centre is missing."""
-    sessions = table.text("session")
-    session_names = tuple(dict.fromkeys(sessions)) if sessions else ()
-    reflectors = table.text("reflector")
-    reflector_names = tuple(dict.fromkeys(reflectors))
+    session, session_names = numbered(table.text("session"))
+    reflector, reflector_names = numbered(table.text("reflector"))
     state = State(
         q=commanded.q,
         v=table.vector(names.SPEED_COLUMNS, fill=0.0),
@@ -182,9 +180,9 @@ def _state(table: Table, commanded: Commanded) -> State:
         wrench=table.vector(names.WRENCH, fill=0.0, partial=True),
         temperature=table.column("temperature_C", fill="median"),
         time=table.column("time_s", fill="between"),
-        session=np.array([session_names.index(s) for s in sessions]) if sessions else None,
+        session=session,
         session_names=session_names,
-        reflector=np.array([reflector_names.index(r) for r in reflectors]) if reflectors else None,
+        reflector=reflector,
         reflector_names=reflector_names,
         channels=channels_of(table),
     )

@@ -10,7 +10,7 @@ from pathlib import PurePath
 
 import numpy as np
 
-from postproc.arrays import Array
+from postproc.arrays import Array, numbered
 from postproc.channels.state import State
 from postproc.diagnostics import Diagnostic, PostprocError, Severity, Source, has_errors
 from postproc.measure.alignment import align
@@ -139,13 +139,14 @@ def _stacked(parts: Sequence[Array | None], tables: Sequence[Measurements], fill
 
 def _readings(tables: Sequence[Measurements]) -> Readings | None:
     """Return the readings of all tables; None where none has any."""
-    nothing = Readings(np.full((1, 3), np.nan), np.full((1, 3), np.nan), np.zeros(1))
-    parts = [table.readings or nothing.rows(np.zeros(len(table), dtype=int)) for table in tables]
+    parts = [table.readings for table in tables]
     numbers, direction, sign = (
-        np.concatenate([getattr(part, name) for part in parts]) for name in ("numbers", "direction", "sign")
+        _stacked([None if part is None else getattr(part, name) for part in parts], tables, fill)
+        for name, fill in (("numbers", np.nan), ("direction", np.nan), ("sign", 0.0))
     )
-    known = Readings(numbers, direction, sign, any(part.zero_open for part in parts))
-    return known if any(table.readings for table in tables) else None
+    if numbers is None or direction is None or sign is None:
+        return None
+    return Readings(numbers, direction, sign, any(part.zero_open for part in parts if part is not None))
 
 
 def _state(tables: Sequence[Measurements], names: Sequence[tuple[str, ...]], findings: list[Diagnostic]) -> State:
@@ -155,16 +156,13 @@ def _state(tables: Sequence[Measurements], names: Sequence[tuple[str, ...]], fin
         names: session names of each table; found: findings, appended to where tables lack a channel.
     """
     states = [table.state for table in tables]
-    every = tuple(dict.fromkeys(name for some in names for name in some))
-    session = [
-        np.zeros(len(s)) + every.index(some[0])
-        if s.session is None
-        else np.array([every.index(some[int(i)]) for i in s.session])
-        for s, some in zip(states, names, strict=True)
+    sessions = [
+        some * len(s) if s.session is None else s.session_of_rows for s, some in zip(states, names, strict=True)
     ]
-    points = tuple(dict.fromkeys(name for s in states for name in s.reflector_of_rows.tolist()))
-    setups = tuple(dict.fromkeys(name for s in states for name in s.setup_of_rows.tolist() if name))
-    setup = np.array([setups.index(name) if name else -1 for s in states for name in s.setup_of_rows.tolist()])
+    session, every = numbered([name for of_rows in sessions for name in of_rows])
+    reflector, points = numbered([name for s in states for name in s.reflector_of_rows.tolist()])
+    setup, setups = numbered(["", *(name for s in states for name in s.setup_of_rows.tolist())])
+    assert setup is not None
     channels: dict[str, Array] = {}
     for name in dict.fromkeys(name for s in states for name in s.channels):
         parts = [s.channels.get(name) for s in states]
@@ -173,12 +171,12 @@ def _state(tables: Sequence[Measurements], names: Sequence[tuple[str, ...]], fin
         channels |= {} if column is None else {name: column}
     state = State(
         q=np.vstack([s.q for s in states]),
-        session=np.concatenate(session).astype(int),
+        session=session,
         session_names=every,
-        reflector=None if points == ("",) else np.array([points.index(r) for s in states for r in s.reflector_of_rows]),
+        reflector=None if points == ("",) else reflector,
         reflector_names=() if points == ("",) else points,
-        setup=setup if setups else None,
-        setup_names=setups,
+        setup=setup[1:] - 1 if setups[1:] else None,
+        setup_names=setups[1:],
         touches=any(s.touches for s in states),
         temperature=_shared("temperature_C", [s.temperature for s in states], tables, findings),
         time=_shared("time_s", going_on([s.time for s in states]), tables, findings),
