@@ -368,11 +368,7 @@ class Variant:
 
 
 def variant(
-    effect: Effect,
-    label: str = "",
-    free: NDArray[np.bool_] | None = None,
-    refit: Any = None,
-    odds: float = 1.0,
+    effect: Effect, label: str = "", free: NDArray[np.bool_] | None = None, refit: Any = None, odds: float = 1.0
 ) -> Variant:
     """Return a form to try, see `Variant`; without masks (p,) all amplitudes are free and everything is refitted."""
     free = effect.amplitudes() if free is None else free

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -117,11 +119,8 @@ def one_path(fit: Fit) -> list[Diagnostic]:
 def larger_noise(fit: Fit) -> Noise:
     """Return the noise of a fit, or that of its repeats where these scatter more than the user's figure."""
     repeats = estimate_noise(fit.data, fit.model.robot, error=fit.observed_error)
-    return (
-        repeats
-        if fit.noise.origin == "user" and repeats.origin == "repeats" and _ratio(repeats, fit.noise) > 1
-        else fit.noise
-    )
+    stated = fit.noise.origin == "user" and repeats.origin == "repeats"
+    return repeats if stated and _ratio(repeats, fit.noise) > 1 else fit.noise
 
 
 def _ratio(noise: Noise, stated: Noise) -> float:
@@ -155,16 +154,14 @@ def cautions(fit: Fit) -> list[Diagnostic]:
     ]
 
 
-def _unread(fit: Fit) -> list[Diagnostic]:
-    """Return DAT021 for every effect that cannot be fitted, since it reads a channel that was not measured."""
-    findings = []
+def _unread(fit: Fit) -> Iterator[Diagnostic]:
+    """Yield DAT021 for every effect that cannot be fitted, since it reads a channel that was not measured."""
     for effect in fit.model.effects:
         missing = effect.missing(fit.problem.sensitivity.state)
         if missing:
             message = f"`{effect.key}` reads {', '.join(missing)}: the measurements have no such column, it is held"
             help_ = "measure with that channel, or leave the effect out"
-            findings.append(Diagnostic("DAT021", "warning", message, fit.data.source, help=help_))
-    return findings
+            yield Diagnostic("DAT021", "warning", message, fit.data.source, help=help_)
 
 
 def _scarce(fit: Fit) -> list[Diagnostic]:

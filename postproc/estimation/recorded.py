@@ -94,11 +94,11 @@ def expected_remaining(fit: Fit) -> tuple[tuple[Share, Share], tuple[Share, Shar
     state = fit.data.state
     state = state if fit.data.tool_known else state.with_(T_flange_tcp=fit.model.T_flange_tcp)
     known = scatter_covariance(fit.model, spring_covariance(fit.model, known_errors(fit)))
-    whole, loads = (
+    deflection, loads = (
         (scatter_of(typical, state, None, links).remaining, scatter_of(fit.model, state, known, links).remaining)
         for links in (True, False)
     )
-    return whole, loads
+    return deflection, loads
 
 
 def pose_error_sigma(fit: Fit) -> float:

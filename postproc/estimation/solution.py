@@ -218,7 +218,7 @@ class Solution:
     @cached_property
     def held_out_error(self) -> Array:
         """(n, k) errors [m], [rad] of contiguous blocks of rows, each predicted by a fit to the other blocks."""
-        return self.held_out_by(contiguous_blocks(self.data.left_out_together))
+        return self.held_out_by(contiguous_blocks(self.data.fold_group))
 
     def held_out_by(self, blocks: NDArray[np.int_]) -> Array:
         """Return (n, k) errors [m], [rad] of blocks of rows, each predicted by a fit to the other blocks.

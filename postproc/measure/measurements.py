@@ -219,7 +219,7 @@ class Measurements:
         return self if (np.diff(order) > 0).all() else self.rows(order)
 
     @cached_property
-    def left_out_together(self) -> NDArray[np.int_]:
+    def fold_group(self) -> NDArray[np.int_]:
         """(n,) number of the group of rows that a cross-validation fold leaves out whole: repeats of a pose, set-ups.
 
         Set-ups are left out whole where there are `FEWEST_SETUPS` or more, or where two rows are all that they have:

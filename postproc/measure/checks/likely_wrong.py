@@ -61,7 +61,7 @@ def check_measurements(
     # The reflector of most rows: one point of the tool.
     names = data.state.reflector_of_rows[agreed.rows]
     rows = agreed.rows[names == largest(names)] if len(names) else agreed.rows
-    single = check_limits(data, robot, cells)
+    single = [*check_limits(data, robot, cells)]
     if data.tool_known or poses_among(data.state.q[rows]) < FEWEST_ROWS_JUDGED:
         small = len(data) >= FEWEST_ROWS_JUDGED and np.nanmax(np.abs(data.state.q), initial=0) < RADIANS_BELOW
         readings = [cells.finding("DAT009", "warning", *RADIANS)] if small else []

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import GRAVITY, Array
 from postproc.diagnostics import Diagnostic, Severity
-from postproc.measure.kinds.observed import KINDS, rows_of
+from postproc.measure.kinds.observed import READING_KINDS, rows_of
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.cells import Cells
 from postproc.robot.arm import Robot
@@ -52,7 +52,7 @@ def _check_tips(data: Measurements, robot: Robot, cells: Cells) -> Iterator[Odd]
 
     With p and R the nominal flange and t the TCP on it, p + R t = c in every row: c and t of least absolute misses.
     """
-    tips = rows_of(data.state, KINDS[0])
+    tips = rows_of(data.state, READING_KINDS[0])
     tips = tips[data.usable[tips]]
     if not len(tips):
         return
@@ -105,7 +105,7 @@ class LoadChanges:
 def _changes(data: Measurements, robot: Robot) -> LoadChanges | None:
     """Return the changes of gauges under load; None where there are none, or the arm's stiffness is not known."""
     state, readings = data.state, data.readings
-    gauges = [i for kind in KINDS if kind.column == "gauge" for i in rows_of(state, kind) if data.usable[i]]
+    gauges = [i for kind in READING_KINDS if kind.column == "gauge" for i in rows_of(state, kind) if data.usable[i]]
     if readings is None or robot.joint_compliance is None or state.payload_mass is None or not gauges:
         return None
     first: dict[int, int] = {}

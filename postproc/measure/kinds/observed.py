@@ -13,12 +13,12 @@ from postproc.measure.kinds.gauge import Gauge
 from postproc.measure.kinds.plane import Plane
 from postproc.measure.kinds.tip import Tip
 
-KINDS: tuple[ReadingKind, ...] = (Tip(), Plane(), Distance(), Gauge(), Between())
+READING_KINDS: tuple[ReadingKind, ...] = (Tip(), Plane(), Distance(), Gauge(), Between())
 
 
 def kind_of(setup: str) -> ReadingKind:
     """Return the kind of a set-up by its name, ``plane table``, whose first word is the column that names it."""
-    return next(kind for kind in KINDS if kind.column == setup.partition(" ")[0])
+    return next(kind for kind in READING_KINDS if kind.column == setup.partition(" ")[0])
 
 
 def rows_of(state: State, kind: ReadingKind) -> NDArray[np.intp]:
@@ -35,7 +35,7 @@ def observed(state: State, readings: Readings, point: Array, unknown: Array) -> 
     """
     n = len(state)
     result = Read(np.full((n, 3), np.nan), np.zeros((n, 3, 3)), np.zeros((n, 3, UNKNOWNS)))
-    for kind in KINDS:
+    for kind in READING_KINDS:
         rows = rows_of(state, kind)
         if len(rows):
             read = kind.read(_seen(state, readings, point, unknown, rows))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from postproc.arrays import Array, numbered
 from postproc.diagnostics import PostprocError
 from postproc.measure.kinds.base import ReadingKind, Readings
-from postproc.measure.kinds.observed import KINDS
+from postproc.measure.kinds.observed import READING_KINDS
 from postproc.measure.measurements import FEWEST_ROWS_JUDGED, Measurements
 from postproc.measure.read import columns as names
 from postproc.measure.read.lookup import Table
@@ -36,14 +36,14 @@ def with_setups(data: Measurements, table: Table, measured: bool) -> Measurement
     n = len(data)
     setups, which = [""] * n, np.full(n, -1)
     numbers, direction = np.full((n, 3), np.nan), _directions(table)
-    for k, kind in enumerate(KINDS):
+    for k, kind in enumerate(READING_KINDS):
         words = [word if word.lower() not in EMPTY_CELLS else "" for word in table.text(kind.column)]
         rows = np.flatnonzero([bool(word) for word in words])
         if not len(rows):
             continue
         twice = [int(i) for i in rows if which[i] >= 0 or np.isfinite(data.position[i]).any()]
         if twice:
-            other = f"`{KINDS[which[twice[0]]].column}`" if which[twice[0]] >= 0 else "`x_mm`, `y_mm`, `z_mm`"
+            other = f"`{READING_KINDS[which[twice[0]]].column}`" if which[twice[0]] >= 0 else "`x_mm`, `y_mm`, `z_mm`"
             message = f"this row has a `{kind.column}` and {other}: what did it measure?"
             raise _refused(table, twice[0], message, "give each reading a row of its own")
         which[rows], numbers[rows, : kind.each] = k, _read(table, kind, rows, measured)
@@ -57,9 +57,9 @@ def with_setups(data: Measurements, table: Table, measured: bool) -> Measurement
             setups[i] = f"{kind.column} {words[i] if kind.lasting else f'{data.row[i]} {table.cells.source.path}'}"
     index, every = numbered(["", *setups])
     assert index is not None
-    touches = any(KINDS[k].touches for k in which if k >= 0)
+    touches = any(READING_KINDS[k].touches for k in which if k >= 0)
     state = data.state.with_(setup=index[1:] - 1, setup_names=every[1:], touches=touches)
-    pairs = np.flatnonzero([k >= 0 and not KINDS[k].lasting for k in which])
+    pairs = np.flatnonzero([k >= 0 and not READING_KINDS[k].lasting for k in which])
     sigma = _deviations(data, which, numbers, table)
     sigma[pairs] /= np.sqrt(2)
     readings = Readings(numbers, direction, np.zeros(n), table.layout.anchor_offset == "free")
@@ -106,7 +106,7 @@ def _deviations(data: Measurements, which: NDArray[np.int_], numbers: Array, tab
 
     known = np.full(len(data), np.nan) if data.sigma is None else data.sigma
     sigma, assumed = np.where(np.isfinite(known), known, TRACKER_M), []
-    for k, kind in enumerate(KINDS):
+    for k, kind in enumerate(READING_KINDS):
         rows = (which == k) & ~np.isfinite(known)
         if not rows.any():
             continue

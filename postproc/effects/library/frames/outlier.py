@@ -15,10 +15,7 @@ class Outlier(
     reads=("row",),
     about_data=True,
     unlikely=np.inf,
-    confused_with={
-        "session": "measure the row again",
-        "backlash": "measure the row again from both sides",
-    },
+    confused_with={"session": "measure the row again", "backlash": "measure the row again from both sides"},
 ):
     """Single rows are wrong by themselves (a typing error, a lost reflector): a finding about the data.
 
