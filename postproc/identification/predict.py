@@ -212,7 +212,7 @@ def _left_out(model: Model, state: State, data: Measurements) -> Iterator[Diagno
 def _unknown_reflectors(model: Model, state: State, data: Measurements) -> Iterator[Diagnostic]:
     """Yield DAT021 for reflectors of which the model does not know where they are on the tool."""
     known, names = reflectors_known(model), dict.fromkeys(state.reflector_of_rows.tolist())
-    some = [*known[:1], *(name for name in names if name not in (*known, *data.references))]
+    some = [*[*known][:1], *(name for name in names if name not in (*known, *data.references))]
     if state.reflector is not None and (unknown := some[1:]):
         listed, many = joined([f"`{name}`" for name in unknown]), len(unknown) > 1
         message = f"the model does not know where {listed} {'are' if many else 'is'} on the tool: "

@@ -59,10 +59,16 @@ def _start_frames(problem: Problem) -> Problem:
     return begun.at([frame, frames, *others])
 
 
-def reflectors_known(model: Model) -> tuple[str, ...]:
-    """Return the names of the reflectors whose points on the tool a model has, first that of the tool frame."""
+def reflectors_known(model: Model) -> dict[str, Array]:
+    """Return the points (3,) [m] of the reflectors on the tool that a model has, by name, first that of the tool frame.
+
+    They count from that one.
+    """
     points = model.in_role(Role.REFLECTOR_POINTS)
-    return () if points is None or points.is_null else (*vars(points)["first"], *vars(points)["reflector"])
+    if points is None or points.is_null:
+        return {}
+    names = (*vars(points)["first"], *vars(points)["reflector"])
+    return dict(zip(names, [np.zeros(3), *points.vector().reshape(-1, 3)], strict=True))
 
 
 def _with_reflectors(problem: Problem) -> Problem:
@@ -74,15 +80,10 @@ def _with_reflectors(problem: Problem) -> Problem:
     if data.state.reflector is None or len(unknown) < (1 if known else 2):
         return problem
     fitted = reflector_points(_nominal_tool(problem)[rows], data.position[rows], names[rows], sessions_of(data)[rows])
-    places = {}
-    if known:
-        points = model.in_role(Role.REFLECTOR_POINTS)
-        assert points is not None
-        places = dict(zip(known, [np.zeros(3), *points.vector().reshape(-1, 3)], strict=True))
     common = next((name for name in known if name in fitted), largest(names[rows]))
-    shift = places.get(common, np.zeros(3)) - fitted[common]
-    places = {name: point + shift for name, point in fitted.items()} | places
-    first = known[0] if known else common
+    shift = known.get(common, np.zeros(3)) - fitted[common]
+    places = {name: point + shift for name, point in fitted.items()} | known
+    first = next(iter(known), common)
     others = [name for name in places if name != first]
     new = effect_in_role(Role.REFLECTOR_POINTS).null(first=(first,), reflector=tuple(others))
     new = new.with_vector(np.concatenate([places[name] for name in others]))

@@ -126,10 +126,8 @@ def _check_readings(
         poses, largest = max(counts), sessions[np.argmax(counts)]
         if poses >= FEWEST_PLACED:
             return _check_readings(data, arm, replace(agreed, rows=rows[session == largest]), cells, unit, turns)
-        message = (
-            f"no session has more than {poses} poses, and the points were not all seen from one place: "
-            "nothing tells where the instrument stood"
-        )
+        message = f"no session has more than {poses} poses, and the points were not all seen from one place: "
+        message += "nothing tells where the instrument stood"
         help_ = f"measure {FEWEST_ROWS_JUDGED} poses or more from each place of the instrument, in one session"
         return [mismatch("error", message, help_)]
     help_ = "check the robot's name, the joint zeros and signs, and that joints and points belong to the same rows"
@@ -198,9 +196,8 @@ def _check_orientations(
     off = shown.off(flange, placed)
     if off is None or off < LARGEST_FLANGE_TURN_RAD:
         return []
-    message = (
-        f"the measured orientations do not follow the arm: they are {np.degrees(off):.0f} deg off in the median row"
-    )
+    message = f"the measured orientations do not follow the arm: they are {np.degrees(off):.0f} deg off in the "
+    message += "median row"
     help_ = "check `form` and `unit` of `[orientation]` in the column map, or that `qw` comes first"
     meant = shown.better_reading(flange, placed)
     if meant is not None:
@@ -230,14 +227,10 @@ def _check_points(data: Measurements, agreed: Agreement, cells: Cells, unit: str
     far = np.flatnonzero(agreed.wrong)
     if MANY_FAR * len(far) > len(error):
         size = f"{1e3 * error[far].min():.0f} to {1e3 * error[far].max():.0f} mm"
-        message = (
-            f"{len(far)} of {len(error)} rows lie {size} from where the arm should be (others "
-            f"{1e3 * float(np.median(agreed.typical)):.2f} mm): {numbered(wrong + 1)}"
-        )
-        help_ = (
-            "correct them, or give those that the instrument saw from elsewhere a `session` of their own; until then "
-        )
-        help_ += "fits leave them out"
+        message = f"{len(far)} of {len(error)} rows lie {size} from where the arm should be (others "
+        message += f"{1e3 * float(np.median(agreed.typical)):.2f} mm): {numbered(wrong + 1)}"
+        help_ = "correct them, or give those that the instrument saw from elsewhere a `session` of their own; until "
+        help_ += "then fits leave them out"
         return [cells.finding("DAT007", "warning", message, help_, int(wrong[0]))]
     return [_far(agreed, k, cells) for k in far[np.argsort(-error[far])]]
 
@@ -249,10 +242,8 @@ def _far(agreed: Agreement, k: int, cells: Cells) -> Diagnostic:
     cause = "another point, or a wrong joint angle?"
     if abs(size) > 0.95 * error:
         cause = f"`{'xyz'[worst]}_mm` alone is off by {1e3 * size:.1f} mm: a typing error?"
-    message = (
-        f"row {i + 1} lies {1e3 * error:.1f} mm from where the arm should be "
-        f"(others {1e3 * agreed.typical[k]:.2f} mm); {cause}"
-    )
+    message = f"row {i + 1} lies {1e3 * error:.1f} mm from where the arm should be "
+    message += f"(others {1e3 * agreed.typical[k]:.2f} mm); {cause}"
     return cells.finding("DAT007", "warning", message, "correct the row; until then fits leave it out", i)
 
 

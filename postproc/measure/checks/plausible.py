@@ -86,10 +86,8 @@ def check_limits(data: Measurements, robot: Robot, cells: Cells) -> Iterator[Dia
     beyond = (data.state.q > robot.upper + margin) | (data.state.q < robot.lower - margin)
     for i in np.flatnonzero(beyond.any(axis=1))[:SHOWN_ROWS]:
         j = int(np.flatnonzero(beyond[i])[0])
-        message = (
-            f"joint {j + 1} stands at {np.rad2deg(data.state.q[i, j]):.1f} deg, outside its limits "
-            f"{np.rad2deg(robot.lower[j]):.0f} .. {np.rad2deg(robot.upper[j]):.0f} deg"
-        )
+        message = f"joint {j + 1} stands at {np.rad2deg(data.state.q[i, j]):.1f} deg, outside its limits "
+        message += f"{np.rad2deg(robot.lower[j]):.0f} .. {np.rad2deg(robot.upper[j]):.0f} deg"
         yield cells.finding("DAT011", "warning", message, "check the angle and the arm's name", int(i))
 
 

@@ -55,8 +55,8 @@ def commanded_joints(
         message = f"{len(failures)} of {len(T)} commanded poses cannot be reached in their configuration"
         help_ = (
             "`cmd_` is the pose of the flange (tool0) in the base, in mm: are these of the TCP, in a work object, in "
-            f"metres? Does `cmd_qw` come first? Row {failures[0].index + 1}: {failures[0].message}"
         )
+        help_ += f"metres? Does `cmd_qw` come first? Row {failures[0].index + 1}: {failures[0].message}"
         raise PostprocError.of("DAT012", message, cells.source, cells.span(failures[0].index), help_)
     for failure in failures:
         message = f"row {failure.index + 1}: {failure.message}"

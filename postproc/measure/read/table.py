@@ -207,9 +207,8 @@ def _positions(table: Table) -> Array:
     present = [name for name in names.POSITION if name in table.place]
     if 0 < len(present) < len(names.POSITION):
         missing = " and ".join(f"`{name}`" for name in names.POSITION if name not in present)
-        message = (
-            f"there is no column {missing}: the places are known along {' and '.join(n[0] for n in present)} alone"
-        )
+        message = f"there is no column {missing}: the places are known along {' and '.join(n[0] for n in present)} "
+        message += "alone"
         table.say("DAT002", "warning", message, missing_help(table.cells))
     nothing = np.full(len(table.cells.rows), np.nan)
     return np.stack([nothing if (c := table.column(name)) is None else c for name in names.POSITION], axis=1)

@@ -234,9 +234,8 @@ def _check_setup(one: Measurements, other: Measurements, robot: Robot, shared: S
     frame = first.T_instrument_base
     distance = float(np.median(np.linalg.norm(y_other - T[:, :3, 3] @ frame[:3, :3].T - frame[:3, 3], axis=1)))
     if shared and distance > max(SUSPICIOUS_M, CLEARER * same.typical):
-        message = (
-            f"the instrument stood elsewhere in {paths} ({1e3 * distance:.0f} mm), and both name session `{shared[0]}`"
-        )
+        message = f"the instrument stood elsewhere in {paths} ({1e3 * distance:.0f} mm), and both name session "
+        message += f"`{shared[0]}`"
         return _finding("error", message, "give them different names in column `session`")
     return None
 
