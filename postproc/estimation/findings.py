@@ -42,10 +42,8 @@ def data_findings(fit: Fit) -> list[Diagnostic]:
     ]
     noise, stated, unit = larger_noise(fit), fit.noise, fit.observed.unit
     if noise is not stated and chance_of_excess(_ratio(noise, stated), noise.dof, np.inf) < DOUBTFUL_CHANCE:
-        message = (
-            f"the repeats scatter by {1e3 * (noise.sigma or 0):.3f} {unit} per {fit.observed.each}, more than the "
-        )
-        message += f"stated noise of {1e3 * (stated.sigma or 0):.3f} {unit}"
+        message = f"the repeats scatter by {1e3 * (noise.sigma or 0):.3f} {unit} per {fit.observed.each}, more than "
+        message += f"the stated noise of {1e3 * (stated.sigma or 0):.3f} {unit}"
         findings.append(Diagnostic("DAT027", "warning", message, fit.data.source, help="leave the stated noise out"))
     size = 1e3 * distances(fit.observed_error)
     for i in fit.excluded:
@@ -105,10 +103,8 @@ def one_path(fit: Fit) -> list[Diagnostic]:
     away = float(np.sqrt(np.mean(predict_sigma(recorded_model(fit), between) ** 2)))
     if away < SCARCE * fit.held_out_rms:
         return []
-    message = (
-        f"the rows follow one path: elsewhere among their joint angles a prediction is good to {1e3 * away:.2f} mm per "
-    )
-    message += f"axis, not to the {1e3 * fit.held_out_rms:.3f} mm of rows of this path"
+    message = f"the rows follow one path: elsewhere among their joint angles a prediction is good to {1e3 * away:.2f} "
+    message += f"mm per axis, not to the {1e3 * fit.held_out_rms:.3f} mm of rows of this path"
     help_ = "measure single poses all over the workspace (`postproc plan`), or further paths"
     return [Diagnostic("DAT032", "warning", message, fit.data.source, help=help_)]
 

@@ -171,10 +171,8 @@ def no_farther_than_nominal(fit: Fit) -> None:
     fitted = float(np.median(distances(fit.problem.error[agreed.rows, :3])))
     if fitted < max(FARTHER * nominal, nominal + LEAST_M):
         return
-    message = (
-        f"half of the rows lie over {1e3 * fitted:.3f} mm from the fitted model, and {1e3 * nominal:.3f} mm from the "
-    )
-    message += "nominal arm: the model is worse than none and is not written"
+    message = f"half of the rows lie over {1e3 * fitted:.3f} mm from the fitted model, and {1e3 * nominal:.3f} mm from "
+    message += "the nominal arm: the model is worse than none and is not written"
     help_ = "some rows are not what the table says (DAT007, DAT013, DAT025 name the likely ones): correct or "
     help_ += "leave them out"
     raise PostprocError.of("DAT039", message, fit.data.source, help=help_, exit_code=1)

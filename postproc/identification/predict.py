@@ -32,9 +32,8 @@ from postproc.model.uncertainty import beyond_range, derivatives, read_uncertain
 from postproc.model.undetermined import covariance_factor, full_covariance
 
 PARTS = ("parameters", "unexplained", "noise")
-PREDICTION_HEADER = ",".join(
-    ["pose_id,x_mm,y_mm,z_mm,sigma_mm,sigma_measured_mm", *(f"sigma_{part}_mm" for part in PARTS)]
-)
+COLUMNS_OF_ALL = "pose_id,x_mm,y_mm,z_mm,sigma_mm,sigma_measured_mm"
+PREDICTION_HEADER = ",".join([COLUMNS_OF_ALL, *(f"sigma_{part}_mm" for part in PARTS)])
 
 
 @dataclass(frozen=True)
@@ -83,10 +82,13 @@ def predict_rows(model: Model, data: Measurements, place: bool = False) -> Predi
     good = np.asarray(np.isfinite(data.state.q).all(axis=1))
     seen = np.asarray(good & np.isfinite(data.position).all(axis=1) & ~data.off_arm)
     placed = _place(model, data.rows(seen)) if place else None
-    findings = [] if placed is None else [_placed_finding(placed)]
-    known = model if placed is None else placed.model
-    if placed is not None and model.surest is not None:
-        known = replace(known, surest=_place(model.surest, data.rows(seen)).model)
+    findings, known = list[Diagnostic](), model
+    if placed is not None:
+        surest = None if model.surest is None else _place(model.surest, data.rows(seen)).model
+        known = replace(placed.model, surest=surest)
+        message = f"{len(placed.data) - len(placed.excluded)} measured rows place the instrument anew; "
+        message += f"they are off by {1e3 * placed.rms:.3f} mm per axis then"
+        findings.append(Diagnostic("DAT035", "info", message, placed.data.source))
     some = data.rows(good)
     some = replace(some, state=with_ordered_channels(known, some.state))
     findings += session_laws(model, data)
@@ -145,13 +147,6 @@ def _place(model: Model, seen: Measurements) -> Fit:
         message = f"the {len(seen)} measured positions stand in line: they do not place the instrument"
         raise PostprocError.of("DAT035", message, seen.source, help="measure poses far from each other, not in line")
     return placed
-
-
-def _placed_finding(placed: Fit) -> Diagnostic:
-    """Return DAT035, which says how many rows placed the instrument and how well."""
-    rows = len(placed.data) - len(placed.excluded)
-    message = f"{rows} measured rows place the instrument anew; they are off by {1e3 * placed.rms:.3f} mm per axis then"
-    return Diagnostic("DAT035", "info", message, placed.data.source)
 
 
 def _sigma_placed(placed: Fit, state: State) -> Array:

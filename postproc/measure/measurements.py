@@ -186,11 +186,10 @@ class Measurements:
         clock = state.time if state.time is not None else state.channels.get("row") if self.counted else None
         session = self._sessions(clock)
         q = np.round(state.q, 9) + 0.0
-        mixed = [blake2b(row.tobytes(), digest_size=8).digest() for row in q]
+        mixed = np.array([blake2b(row.tobytes(), digest_size=8).digest() for row in q])
         tie_breakers = np.nan_to_num(np.column_stack([q, self._tie_breakers()]), nan=-1e9)
-        if clock is not None:
-            return np.lexsort((*tie_breakers.T, clock, session))
-        return np.lexsort((*tie_breakers.T, np.unique(np.array(mixed), return_inverse=True)[1], session))
+        first = np.unique(mixed, return_inverse=True)[1] if clock is None else clock
+        return np.lexsort((*tie_breakers.T, first, session))
 
     def _sessions(self, clock: Array | None) -> NDArray[np.int_]:
         """Return (n,) rank of the session of each row: by file, then by its first time, then by its name."""

@@ -53,9 +53,8 @@ def read_tables(
         raise PostprocError.of("DAT033", message, help="name one table, or put its angles into each")
     maps = [column_map if column_map is not None and _concerns(column_map, source) else None for source in sources]
     pairs = zip(sources, maps, strict=True)
-    return together(
-        [read_measurements(source, robot, program, part, measured, terms=terms) for source, part in pairs], robot
-    )
+    tables = [read_measurements(source, robot, program, part, measured, terms=terms) for source, part in pairs]
+    return together(tables, robot)
 
 
 def together(tables: Sequence[Measurements], robot: Robot) -> Measurements:
@@ -76,9 +75,8 @@ def together(tables: Sequence[Measurements], robot: Robot) -> Measurements:
     sources = [source for table in tables for source in table.sources]
     for a, b in combinations(sources, 2):
         if a.data == b.data:
-            raise PostprocError(
-                _finding("error", f"`{a.path}` and `{b.path}` are the same table, twice", "name it once")
-            )
+            message = f"`{a.path}` and `{b.path}` are the same table, twice"
+            raise PostprocError(_finding("error", message, "name it once"))
     if len({table.tool_known for table in tables}) > 1:
         message = "a program tells the tool of some of the tables, and of others nobody"
         raise PostprocError(_finding("error", message, "give joint angles in all of them, or targets in all"))
@@ -165,9 +163,9 @@ def _state(tables: Sequence[Measurements], names: Sequence[tuple[str, ...]], fin
     assert setup is not None
     channels: dict[str, Array] = {}
     for name in dict.fromkeys(name for s in states for name in s.channels):
-        parts = [s.channels.get(name) for s in states]
+        known = [s.channels.get(name) for s in states]
         # The word of a column stands nowhere in a table that has no such word.
-        column = _stacked(parts, tables, 0.0) if "=" in name else _shared(name, parts, tables, findings)
+        column = _stacked(known, tables, 0.0) if "=" in name else _shared(name, known, tables, findings)
         channels |= {} if column is None else {name: column}
     state = State(
         q=np.vstack([s.q for s in states]),
@@ -182,14 +180,10 @@ def _state(tables: Sequence[Measurements], names: Sequence[tuple[str, ...]], fin
         time=_shared("time_s", going_on([s.time for s in states]), tables, findings),
         channels=channels,
     )
-    state = state.with_(
-        **{name: _stacked([getattr(s, name) for s in states], tables, 0.0) for name in ZERO_WHERE_MISSING}
-    )
+    fills = dict.fromkeys(ZERO_WHERE_MISSING, 0.0) | dict.fromkeys(PLACED, np.nan)
+    parts = {name: _stacked([getattr(s, name) for s in states], tables, fill) for name, fill in fills.items()}
     # A cell is that of all tables, or of none.
-    state = state.with_(
-        station=states[0].station,
-        **{name: _stacked([getattr(s, name) for s in states], tables, np.nan) for name in PLACED},
-    )
+    state = state.with_(station=states[0].station, **parts)
     if states[0].gravity.ndim == 2:
         state = state.with_(gravity=np.vstack([s.gravity for s in states]))
     if tables[0].tool_known:

@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.effects.base import Displacement, Effect, State, Variant, param, structure, variant
+from postproc.effects.base import XYZ, Displacement, Effect, State, Variant, param, structure, variant
 
 
 class Outlier(
@@ -25,7 +25,7 @@ class Outlier(
     """
 
     row: tuple[int, ...] = structure((0,), low=0, high=100_000_000)
-    shift_m: Array = param(unit="m", shape=("row", 3), low=-10.0, high=10.0, typical=1e-3, labels=("x", "y", "z"))
+    shift_m: Array = param(unit="m", shape=("row", 3), low=-10.0, high=10.0, typical=1e-3, labels=XYZ)
 
     def displacement(self, state: State) -> Displacement:
         """Displacement of the instrument, (n, 6) [m], [rad]: zero in all rows that are not listed."""

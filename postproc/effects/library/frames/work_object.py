@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.effects.base import Displacement, Effect, State, Variant, param, structure, variant
+from postproc.effects.base import XYZ, Displacement, Effect, State, Variant, param, structure, variant
 from postproc.effects.roles import Role
 
 
@@ -27,8 +27,8 @@ class WorkObject(
     """
 
     session: tuple[str, ...] = structure(("1",))
-    shift_m: Array = param(unit="m", shape=("session", 3), typical=2e-3, labels=("x", "y", "z"))
-    turn_rad: Array = param(unit="rad", shape=("session", 3), typical=2e-3, labels=("x", "y", "z"))
+    shift_m: Array = param(unit="m", shape=("session", 3), typical=2e-3, labels=XYZ)
+    turn_rad: Array = param(unit="rad", shape=("session", 3), typical=2e-3, labels=XYZ)
 
     def displacement(self, state: State) -> Displacement:
         """Displacement of the instrument, (n, 6) [m], [rad]: zero in work objects that are not listed."""
