@@ -59,10 +59,8 @@ def align(
     """
     if fitted is not None and not fitted.all():
         part = align(T_base_flange[fitted], position[fitted], tool)
-        placed = (
-            part.T_instrument_base[:3, :3] @ (T_base_flange[:, :3, :3] @ part.tool + T_base_flange[:, :3, 3])[..., None]
-        )
-        return replace(part, residual=position - placed[..., 0] - part.T_instrument_base[:3, 3])
+        T = part.T_instrument_base @ T_base_flange
+        return replace(part, residual=position - T[:, :3, :3] @ part.tool - T[:, :3, 3])
     R, p, y = T_base_flange[:, :3, :3], T_base_flange[:, :3, 3], position
     p0, y0, n = p - np.median(p, axis=0), y - np.median(y, axis=0), len(p)
     spread = spread_of(y0)
@@ -86,12 +84,10 @@ def align(
     about = _about_a_point(R, p, y) if tool and (mirrored or abs(scale - 1) > SAME_SCALE) else None
     if about is not None:
         return about
-    if not 0.2 < scale < 5:
-        return Alignment(
-            np.eye(4), np.asarray(solution[12:], dtype=float), scale, mirrored, np.full((n, 3), np.nan), np.inf
-        )
-    rotation = (U @ np.diag([1, 1, np.linalg.det(U @ Vt)]) @ Vt).T
     point = np.asarray(solution[12:], dtype=float)
+    if not 0.2 < scale < 5:
+        return Alignment(np.eye(4), point, scale, mirrored, np.full((n, 3), np.nan), np.inf)
+    rotation = (U @ np.diag([1, 1, np.linalg.det(U @ Vt)]) @ Vt).T
     result = _refine(R if tool else np.zeros_like(R), p, y, rotation, point)
     return replace(result, scale=scale, mirrored=mirrored)
 

@@ -77,12 +77,10 @@ def _with_sizes(fit: Fit, sizes: Mapping[str, float]) -> Fit:
     """Return the fit with ordinary sizes of parameters times factors, by name, as the priors that its model states."""
     model = fit.model
     stated = {
-        f"{e.key}.{name}": StatedPrior(0.0, size * ordinary, f"ordinary size times {size:g}, chosen by the rows")
+        f"{e.key}.{name}": StatedPrior(0.0, size * float(ordinary), f"ordinary size times {size:g}, chosen by the rows")
         for e in model.effects
         if _has_size(e)
-        for name, amplitude, ordinary in zip(
-            e.names(), e.amplitudes(), ordinary_sizes(e, model.robot).tolist(), strict=True
-        )
+        for name, amplitude, ordinary in zip(e.names(), e.amplitudes(), ordinary_sizes(e, model.robot), strict=True)
         if amplitude and (size := sizes.get(f"{e.key}.{name.partition('[')[0]}", 1.0))
     }
     return replace(fit, problem=replace(fit.problem, model=replace(model, priors={**stated, **model.priors})))

@@ -66,9 +66,8 @@ def check_measurements(
         small = len(data) >= FEWEST_ROWS_JUDGED and np.nanmax(np.abs(data.state.q), initial=0) < RADIANS_BELOW
         readings = [cells.finding("DAT009", "warning", *RADIANS)] if small else []
     else:
-        readings = _check_readings(
-            data, PlacedArm(robot, data.state.T_reference_base), replace(agreed, rows=rows), cells, unit, turns
-        )
+        arm = PlacedArm(robot, data.state.T_reference_base)
+        readings = _check_readings(data, arm, replace(agreed, rows=rows), cells, unit, turns)
         if has_errors(readings):
             return findings + readings
         single = [] if readings else single
@@ -93,9 +92,8 @@ def _check_readings(
     sample = rows[:: max(1, len(rows) // 120)]
     q, y, placed, robot = data.state.q[sample], data.position[sample], arm.rows(sample), arm.robot
     as_read = align_arm(placed, q, y)
-    nominal = as_read.typical < NOMINAL_M and np.allclose(
-        as_read.T_instrument_base[:3, :3], np.eye(3), atol=NOMINAL_TURN
-    )
+    turn = as_read.T_instrument_base[:3, :3]
+    nominal = as_read.typical < NOMINAL_M and np.allclose(turn, np.eye(3), atol=NOMINAL_TURN)
     far = np.linalg.norm(as_read.residual, axis=1) > MISMATCH_M
     if fits(as_read) and not nominal and MANY_FAR * far.sum() < len(far):
         return []
@@ -213,10 +211,8 @@ def _check_points(data: Measurements, agreed: Agreement, cells: Cells, unit: str
     """
     if not agreed.near or not agreed.wrong.any():
         return []
-    mixed = _check_mixed(data, agreed, unit)
-    if mixed is not None:
-        first, message, help_ = mixed
-        return [cells.finding("DAT009", "error", message, help_, first)]
+    if mixed := _check_mixed(data, agreed, unit):
+        return [cells.finding("DAT009", "error", *mixed)]
     wrong = agreed.rows[agreed.wrong]
     if agreed.doubtful:
         sessions = "".join(f"session `{name}`, " for name in agreed.doubtful if name)
@@ -247,8 +243,8 @@ def _far(agreed: Agreement, k: int, cells: Cells) -> Diagnostic:
     return cells.finding("DAT007", "warning", message, "correct the row; until then fits leave it out", i)
 
 
-def _check_mixed(data: Measurements, agreed: Agreement, unit: str) -> tuple[int, str, str] | None:
-    """Return (index of the first row, message, help) where many rows are in another unit of length; None otherwise."""
+def _check_mixed(data: Measurements, agreed: Agreement, unit: str) -> tuple[str, str, int] | None:
+    """Return (message, help, index of the first row) where many rows are in another unit of length; None otherwise."""
     limit = max(LEAST_M, TIMES * float(agreed.typical.min()))
     position = data.position[agreed.rows]
     for factor, look, short in other_lengths(unit):
@@ -257,7 +253,7 @@ def _check_mixed(data: Measurements, agreed: Agreement, unit: str) -> tuple[int,
             rows = agreed.rows[scaled]
             message = f"{scaled.sum()} of {len(scaled)} rows {look}: they then fit the others; {numbered(rows + 1)}"
             help_ = f"write all rows in one unit, or those in {short} as a table of their own with a column map"
-            return int(rows[0]), message, help_
+            return message, help_, int(rows[0])
     return None
 
 

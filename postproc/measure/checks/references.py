@@ -42,9 +42,8 @@ def with_references(data: Measurements, robot: Robot, named: Iterable[str]) -> t
     for name in dict.fromkeys(names.tolist()):
         rows = np.flatnonzero(seen & (names == name))
         rows = rows[np.lexsort((clock[rows], sessions[rows]))]
-        readings = [
-            data.position[rows[sessions[rows] == session]] for session in dict.fromkeys(sessions[rows].tolist())
-        ]
+        several = dict.fromkeys(sessions[rows].tolist())
+        readings = [data.position[rows[sessions[rows] == session]] for session in several]
         moving = rows[np.isfinite(state.q[rows]).all(axis=1)]
         if name in named or _stays(arm.rows(moving).flange(state.q[moving]), readings):
             still.add(name)

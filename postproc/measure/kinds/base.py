@@ -70,7 +70,8 @@ class ReadingKind(ABC):
 
     Attributes:
         column: of a table, which names the set-up. reading: columns of its numbers, none where these are zero.
-        point, plane, zero: which unknowns a set-up has. noise: standard deviation [m] where nobody states one.
+        point, plane, zero: which unknowns a set-up has; zero_may_open: whether a column map may free its zero.
+        noise: standard deviation [m] where nobody states one.
         touches: whether rows hold the TCP to one place or plane. each: numbers a row has.
         lasting: whether another table may come back to a set-up.
     """
@@ -80,6 +81,7 @@ class ReadingKind(ABC):
     point: ClassVar[bool] = False
     plane: ClassVar[bool] = False
     zero: ClassVar[bool] = False
+    zero_may_open: ClassVar[bool] = False
     noise: ClassVar[float]
     touches: ClassVar[bool] = False
     each: ClassVar[int] = 1
@@ -99,7 +101,7 @@ class ReadingKind(ABC):
     @classmethod
     def unknowns(cls, zero_open: bool) -> tuple[bool, bool, bool]:
         """Return whether a set-up has an unknown point, an unknown plane, an unknown zero."""
-        return cls.point, cls.plane, cls.zero or cls.plane
+        return cls.point, cls.plane, cls.zero or cls.plane or (cls.zero_may_open and zero_open)
 
 
 def unknown(point: Array | float = 0.0, tilt: Array | float = 0.0, zero: float = 0.0) -> Array:

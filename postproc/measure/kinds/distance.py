@@ -16,13 +16,8 @@ class Distance(ReadingKind):
 
     column = "anchor"
     reading = ("distance_mm",)
-    point = True
+    point = zero_may_open = True
     noise = 2e-5
-
-    @classmethod
-    def unknowns(cls, zero_open: bool) -> tuple[bool, bool, bool]:
-        """Return that a set-up has an unknown point, no plane, and a zero where the column map frees it."""
-        return True, False, zero_open
 
     def read(self, seen: Seen) -> Read:
         """Return |p - c| - b (m, 1)."""

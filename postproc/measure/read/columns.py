@@ -122,9 +122,8 @@ def likely_map(header: Sequence[str], units: Sequence[str], needed: Sequence[str
     for name, theirs, unit in zip(_meanings(header, units), header, units, strict=True):
         unit = unit or ("rad" if name in JOINT_COLUMNS and _RADIANS.fullmatch(theirs.lower()) else "")
         other = unit != unit_of(name) and fitting(unit, unit_of(name))
-        entries.setdefault(
-            name, f'{name} = {{ name = "{theirs}", unit = "{unit}" }}' if other else f'{name} = "{theirs}"'
-        )
+        entry = f'{{ name = "{theirs}", unit = "{unit}" }}' if other else f'"{theirs}"'
+        entries.setdefault(name, f"{name} = {entry}")
     wanted = [name for name in STANDARD if name in entries and name not in header]
     if len(wanted) < 3 or not set(wanted) & set(needed):
         return ""

@@ -188,9 +188,8 @@ def _state(table: Table, commanded: Commanded) -> State:
     )
     if state.payload_mass is not None and state.payload_center is None and state.payload_mass.any():
         message = "there is `payload_kg` and no `payload_x_mm`, `payload_y_mm`, `payload_z_mm`"
-        table.say(
-            "DAT015", "warning", f"{message}: the mass is taken in the flange's centre", "give its centre in tool0"
-        )
+        message += ": the mass is taken in the flange's centre"
+        table.say("DAT015", "warning", message, "give its centre in tool0")
     if state.payload_mass is None and state.payload_center is not None:
         table.say("DAT015", "warning", "there is a centre of the payload and no mass", "give `payload_kg`, or map it")
     return state if commanded.T_flange_tcp is None else state.with_(T_flange_tcp=commanded.T_flange_tcp)
