@@ -14,7 +14,6 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.diagnostics import Source, Span
-from postproc.grouping import grouped
 from postproc.motion.path.moves import read_moves
 from postproc.motion.path.places import place_events
 from postproc.motion.values import Move
@@ -35,7 +34,7 @@ SAME_MM, FEWEST_SHIFTED = 0.005, 3
 """Difference below which two moves are one, and so many of them no chance: a hand jogs no two targets alike."""
 EXPRESSION = "displaced in the statement (`Offs`, `RelTool`): it follows the target that was taught"
 SEVERAL = "used with several tools, work objects or loads: with which it was taught is not known"
-HELD = "the robot holds the work: the tool stands still"
+ROBOT_HOLDS = "the robot holds the work: the tool stands still"
 TURNED = "turned in place: the point is where it was"
 ANEW = f"moved by more than {FARTHEST_MM:g} mm: programmed anew"
 JOINTS = "joint angles, which state no place of the work"
@@ -76,18 +75,19 @@ class TouchUps:
         rows: targets that were taught anew, each once.
         shifted: those that were moved by one vector, together with others of their work object.
         omitted: how many targets were changed and give no row, by reason.
-        compared: targets that both versions have.
+        compared: targets that both versions have. station: the arm in its cell.
     """
 
     rows: tuple[TouchUp, ...] = ()
     shifted: tuple[TouchUp, ...] = ()
     omitted: Counter[str] = field(default_factory=Counter)
     compared: int = 0
+    station: Station = Station()
 
     def __add__(self, other: TouchUps) -> TouchUps:
         """Return what this and another pair of programs tell together."""
         rows, shifted = self.rows + other.rows, self.shifted + other.shifted
-        return TouchUps(rows, shifted, self.omitted + other.omitted, self.compared + other.compared)
+        return TouchUps(rows, shifted, self.omitted + other.omitted, self.compared + other.compared, other.station)
 
 
 def find_touchups(nominal: Program, touched: Program, robot: Robot, station: Station) -> TouchUps:
@@ -105,25 +105,25 @@ def find_touchups(nominal: Program, touched: Program, robot: Robot, station: Sta
                 for one, two in zip(first.get(x.key, []), second.get(y.key, []), strict=False):
                     for key, use in _uses(one, two):
                         uses.setdefault(key, []).append(use)
-    omitted, found = Counter[str](), list[TouchUp]()
+    omitted, taught = Counter[str](), list[TouchUp]()
     for several in uses.values():
         only = _one_of(several)
         if isinstance(only, str):
             omitted[only] += 1
         elif only is not None:
-            found.append(only)
+            taught.append(only)
     # The chain of the whole program tells the posture where confdata do not.
     index = {id(event): i for i, event in enumerate(every)}
-    some = [use.event for use in found]
+    some = [use.event for use in taught]
     circle_points = [event for event in some if id(event) not in index]
     index |= {id(event): len(every) + i for i, event in enumerate(circle_points)}
     moves = {move.row: move for move in read_moves(robot, [*every, *circle_points], station=station)[0]}
-    placed = [replace(use, move=moves.get(index[id(use.event)])) for use in found]
+    placed = [replace(use, move=moves.get(index[id(use.event)])) for use in taught]
     omitted += Counter({POSTURE: sum(use.move is None for use in placed)})
     rows = [use for use in placed if use.move is not None]
-    shifted = _shifted(rows)
-    kept = tuple(use for use, with_others in zip(rows, shifted, strict=True) if not with_others)
-    return TouchUps(kept, tuple(u for u, along in zip(rows, shifted, strict=True) if along), omitted, len(uses))
+    pairs = list(zip(rows, _shifted(rows), strict=True))
+    single, together = (tuple(use for use, along in pairs if along is so) for so in (False, True))
+    return TouchUps(single, together, omitted, len(uses), station)
 
 
 def _uses(one: MotionEvent, two: MotionEvent) -> Iterator[tuple[Key, TouchUp | str]]:
@@ -147,7 +147,7 @@ def _uses(one: MotionEvent, two: MotionEvent) -> Iterator[tuple[Key, TouchUp | s
         elif origin.root is not None or origin.kind in ("expression", "runtime"):
             yield (*key, "displaced"), EXPRESSION
         elif two.wobj.robhold or not two.tool.robhold:
-            yield key, HELD
+            yield key, ROBOT_HOLDS
         elif change.distance < TOUCHED_MM:
             yield key, TURNED
         elif change.distance > FARTHEST_MM:
@@ -184,11 +184,12 @@ def _one_of(uses: Sequence[TouchUp | str]) -> TouchUp | str | None:
 
 def _shifted(rows: Sequence[TouchUp]) -> list[bool]:
     """Return for each touch-up whether `FEWEST_SHIFTED` places of its work object were moved by the same vector."""
-    members = grouped((use.event.wobj.name, use) for use in rows)
+    wobj = np.array([use.event.wobj.name for use in rows])
+    moved, nominal = (np.array(x).reshape(-1, 3) for x in ([u.moved for u in rows], [u.nominal for u in rows]))
     result = []
-    for use in rows:
-        same = [u for u in members[use.event.wobj.name] if np.abs(u.moved - use.moved).max() < SAME_MM]
-        result.append(len({tuple(np.round(u.nominal, 3)) for u in same}) >= FEWEST_SHIFTED)
+    for k in range(len(rows)):
+        same = (np.abs(moved - moved[k]).max(axis=1) < SAME_MM) & (wobj == wobj[k])
+        result.append(len(np.unique(np.round(nominal[same], 3), axis=0)) >= FEWEST_SHIFTED)
     return result
 
 
@@ -197,12 +198,13 @@ def with_kept_originals(program: Program) -> list[Source]:
 
     ABB's option Absolute Limit ModPos keeps the original of a target `p50` beside it, as `o_p50`.
     """
-    names = {(d.module.lower(), d.routine.lower(), d.name.lower()): d for d in program.declarations if d.init}
+    names = {d.key: d for d in program.declarations if d.init and d.type == "robtarget"}
     edits: dict[str, list[tuple[Span, bytes]]] = {}
-    for (module, routine, name), kept in names.items():
-        touched = names.get((module, routine, name.removeprefix("o_")))
-        if touched is not None and touched is not kept and touched.init and kept.init and touched.type == kept.type:
-            text = kept.source.data[slice(*kept.init)]
+    for key, original in names.items():
+        scope, _, name = key.rpartition(".")
+        touched = names.get(f"{scope}.{name.removeprefix('o_')}") if name.startswith("o_") else None
+        if touched is not None and touched.init and original.init:
+            text = original.source.data[slice(*original.init)]
             edits.setdefault(touched.source.path, []).append((touched.init, text))
     return [replace(source, data=_edited(source.data, edits.get(source.path, ()))) for source in program.sources]
 

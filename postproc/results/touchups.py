@@ -12,32 +12,34 @@ COLUMNS = ("target", "work object", "line", "dx [mm]", "dy [mm]", "dz [mm]", "di
 NOTE = "From where the nominal program says that the work is to where the target is now, in the work object."
 
 
-def touchups_document(name: str, found: TouchUps, told: float | None, findings: Sequence[Diagnostic]) -> Document:
+def touchups_document(
+    name: str, touchups: TouchUps, deviation: float | None, findings: Sequence[Diagnostic]
+) -> Document:
     """Describe the touch-ups of a program.
 
     Args:
-        name: of both versions, for the title. told: standard deviation of the share of the arm's deflection that they
-            tell, None where its stiffness is not known. findings: what they cannot tell.
+        name: of both versions, for the title. deviation: standard deviation of a common factor of what the arm yields,
+            None where its stiffness is not known. findings: what they cannot tell.
     """
     rows = [
         (use.name, use.event.wobj.name, use.event.statement.line, *use.moved.round(3).tolist(), round(use.distance, 3))
-        for use in found.rows
+        for use in touchups.rows
     ]
-    omitted = {reason: count for reason, count in found.omitted.items() if count}
+    omitted = {reason: count for reason, count in touchups.omitted.items() if count}
     keys = ("target", "wobj", "line", "dx_mm", "dy_mm", "dz_mm", "distance_mm")
     return Document(
         title=f"postproc touchups {name}",
         values={
             "schema": "postproc/touchups/1",
-            "compared": found.compared,
+            "compared": touchups.compared,
             "touched": len(rows),
-            "shifted_together": len(found.shifted),
+            "shifted_together": len(touchups.shifted),
             "omitted": [{"reason": reason, "targets": count} for reason, count in omitted.items()],
-            "deflection_known_to": None if told is None or told > 1e3 else float(f"{told:.3g}"),
+            "deflection_known_to": None if deviation is None or deviation > 1e3 else float(f"{deviation:.3g}"),
             "rows": [dict(zip(keys, row, strict=True)) for row in rows],
             "diagnostics": [finding.as_json() for finding in findings],
         },
-        sentence=_sentence(found, told, omitted),
+        sentence=_sentence(touchups, deviation, omitted),
         figures=[Figure("targets taught anew", len(rows))],
         sections=[
             Section("Touch-ups", [DataTable("touch-ups", COLUMNS, rows)], NOTE),
@@ -48,16 +50,11 @@ def touchups_document(name: str, found: TouchUps, told: float | None, findings: 
     )
 
 
-def _sentence(found: TouchUps, told: float | None, omitted: dict[str, int]) -> str:
-    """Say how many targets were touched up, what they tell, and which program is to be compensated."""
-    text = f"{len(found.rows)} of {found.compared} targets were taught anew, by {_median(found):.2f} mm in the median"
+def _sentence(touchups: TouchUps, deviation: float | None, omitted: dict[str, int]) -> str:
+    """Say how many targets were touched up, and what they tell."""
+    median = sorted(use.distance for use in touchups.rows)[len(touchups.rows) // 2]
+    text = f"{len(touchups.rows)} of {touchups.compared} targets were taught anew, by {median:.2f} mm in the median"
     text += f"; {sum(omitted.values())} others changed and give no row." if omitted else "."
-    if told is not None and told < 1:
-        text += f" They tell how far the arm yields to ± {100 * told:.0f} % of itself, if its joints yield alike."
-    return f"{text} Compensate the nominal program with the model that is fitted to them, not the touched-up one."
-
-
-def _median(found: TouchUps) -> float:
-    """Return the median distance [mm] of the touch-ups."""
-    distances = sorted(use.distance for use in found.rows)
-    return distances[len(distances) // 2]
+    if deviation is not None and deviation < 1:
+        text += f" They tell how far the arm yields to ± {100 * deviation:.0f} % of itself, if its joints yield alike."
+    return text

@@ -8,9 +8,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from tests.batch.build import write
+from tests.bench.shop.arms import shop
+from tests.bench.shop.sets import csv_of, gauges
 from tests.conftest import ROOT
 
 from .conftest import Call
@@ -88,11 +91,14 @@ diff old new
 batch programs -o out --report batch.html
 fit backlash.csv --robot irb4600_60_205 --effects BASE -o cell.toml
 fit far.csv --robot irb4600_60_205 --effects BASE -o far.toml
+fit gauges.csv --robot irb1600_10_145 --effects joint_compliance -o soft.toml
 compare cell.toml far.csv
 diagnose cell.toml backlash.csv
 diagnose cell.toml samples/measurements/simulated_step.csv
 add cell.toml backlash transmission_error nonlinear_compliance --data backlash.csv -o better.toml
 compensate samples/corner_arc.mod -m better.toml --already geometry,gravity --wobj-taught all
+touchups samples/touched_up/drawn.mod samples/touched_up/touched.mod --robot irb4600_60_205
+touchups near.mod near_touched.mod --robot irb4600_60_205
 plan cell.toml backlash.csv -n 3
 plan irb4600_60_205 -n 3 --kind gauge --load 20
 plan cell.toml backlash.csv -n 3 --between gravity_compensator,transmission_error
@@ -122,10 +128,13 @@ def documents(call: Call, samples: Path, tmp_path: Path, monkeypatch: pytest.Mon
     cells = lines[40].split(",")
     cells[7] = f"{float(cells[7]) + 99:.4f}"  # x_mm
     page = (ROOT / "docs" / "effects.md").read_text("utf-8")
+    near = "MODULE N\n  PROC main()\n    MoveJ [[1200,y0,900],[0.09,0.7,0.7,-0.09],[0,-1,1,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v9,fine,tool0;\n"
+    near += "    MoveJ [[1200,y1,900],[turn,0.7,0.7,-0.09],[0,-1,1,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v9,fine,tool0;\n  ENDPROC\nENDMODULE\n"
     files: dict[str, str | bytes] = {
         "programs/a.mod": (samples / "paper_case.mod").read_bytes(),
         "programs/broken.mod": "MODULE broken\n  PROC main(\nENDMODULE\n",
         "programs/note.txt": "copied",
+        "gauges.csv": csv_of(gauges(np.random.default_rng(3), shop("irb1600_10_145", 3))),
         "strange.mod": PROGRAM,
         "turned.mod": turned.replace("v100,z10", "v50,z1"),
         "old/a.mod": old,
@@ -134,6 +143,8 @@ def documents(call: Call, samples: Path, tmp_path: Path, monkeypatch: pytest.Mon
         "new/a.mod": new.replace("[900,0,1200]", "[900,0,1201]"),
         "backlash.csv": "".join(lines),
         "far.csv": "".join([*lines[:40], ",".join(cells), *lines[41:]]),
+        "near.mod": near.replace("y0", "100").replace("y1", "140").replace("turn", "0.1"),
+        "near_touched.mod": near.replace("y0", "100.5").replace("y1", "140").replace("turn", "0.2"),
         "own.py": page.partition("```python\n")[2].partition("```")[0].encode(),
     }
     write(tmp_path, files)

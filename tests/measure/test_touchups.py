@@ -13,12 +13,13 @@ from postproc.effects.registry import effect_library
 from postproc.identification.add import fit_effects
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.table import read_measurements
-from postproc.measure.touchup_table import share_told, touchup_findings, touchup_table
+from postproc.measure.read.terms import Reading
+from postproc.measure.touchup_table import share_deviation, touchup_findings, touchup_table
 from postproc.measure.touchups import (
     ANEW,
     EXPRESSION,
-    HELD,
     JOINTS,
+    ROBOT_HOLDS,
     SEVERAL,
     TURNED,
     TouchUps,
@@ -26,8 +27,8 @@ from postproc.measure.touchups import (
     with_kept_originals,
 )
 from postproc.model.arm import Model
-from postproc.model.equilibrium import predict
-from postproc.model.file import default_model
+from postproc.model.equilibrium import equilibrium, predict
+from postproc.model.file import default_model, parse_model
 from postproc.rapid.program.program import read_program
 from postproc.robot.cells.station import Station
 from tests.independent import arm as A
@@ -106,7 +107,7 @@ def test_what_is_no_touch_up_gives_no_row(touched: str, reason: str | None) -> N
         (["MoveL RelTool(p,0,0,-50),v50,fine,tA\\WObj:=wA;"], 0, {EXPRESSION: 1}),
         (["MoveL p,v100,fine,tA\\WObj:=wA;", "MoveL p,v50,fine,tB\\WObj:=wA;"], 0, {SEVERAL: 1}),
         (["MoveL p,v100,fine,tA\\WObj:=wA;", "GripLoad part;", "MoveL p,v50,fine,tA\\WObj:=wA;"], 0, {SEVERAL: 1}),
-        (["MoveL p,v100,fine,tStands\\WObj:=wHeld;"], 0, {HELD: 1}),
+        (["MoveL p,v100,fine,tStands\\WObj:=wHeld;"], 0, {ROBOT_HOLDS: 1}),
         (["MoveJ p2,v100,fine,tA\\WObj:=wA;", "MoveC p,p3,v50,fine,tA\\WObj:=wA;"], 1, {}),
         (["rTo p;"], 1, {}),
         (["MoveAbsJ j,v100,fine,tA;"], 0, {JOINTS: 1}),
@@ -242,7 +243,32 @@ def test_how_well_the_arm_is_told_from_its_work() -> None:
     """Work that stands where the program says tells it better; poses side by side tell nothing."""
     _, _, wide = shop(1)
     near = TouchUps(wide.rows[:1] * 3)
-    free, fixed = share_told(wide, TYPE, 0.3, True), share_told(wide, TYPE, 0.3, False)
-    assert fixed < free < 0.5 and share_told(near, TYPE, 0.3, True) > 1e3
-    assert [f.code for f in touchup_findings(near, share_told(near, TYPE, 0.3, True), [])] == ["DAT051"]
+    free, fixed = share_deviation(wide, TYPE, 0.3, True), share_deviation(wide, TYPE, 0.3, False)
+    assert fixed < free < 0.5 and share_deviation(near, TYPE, 0.3, True) > 1e3
+    assert [f.code for f in touchup_findings(near, share_deviation(near, TYPE, 0.3, True), [])] == ["DAT051"]
     assert list(touchup_findings(wide, free, [])) == []
+
+
+TRACK = '[[external_axes]]\naxis = "a"\nkind = "linear"\ncarries = "robot"\nlimits = [-100, 4000]\n'
+TABLE = '[[external_axes]]\naxis = "b"\nkind = "rotary"\ncarries = "work"\nunit = "STN1"\nxyz_mm = [1200, 0, 300]\n'
+ON_TABLE = '  PERS wobjdata wT:=[FALSE,FALSE,"STN1",[[0,0,0],[1,0,0,0]],[[30,0,40],[1,0,0,0]]];\n'
+
+
+@pytest.mark.parametrize(("wobj", "axes"), [("wA", "700,9E9"), ("wT", "700,25")])
+def test_rows_of_an_arm_on_a_track_and_of_work_on_a_table(wobj: str, axes: str) -> None:
+    """The nominal arm, where the table is read with its cell, stands at the place before plus the way it was moved."""
+    station = parse_model(Source("m.toml", f'robot = "{NAME}"\n{TRACK}{TABLE}'.encode())).station
+    assert station is not None
+    texts = []
+    for dx in (0.0, 0.8):
+        y = 30 if wobj == "wT" else -300
+        place = target(100 + dx if wobj == "wT" else 900 + dx, y, 300).replace("9E9,9E9", axes, 1)
+        line = f"MoveJ {place},v100,fine,tA\\WObj:={wobj};"
+        texts.append(f"MODULE M\n{DATA}{ON_TABLE}{body(line)}ENDMODULE\n")
+    one = find_touchups(*(read_program(Source("m.mod", text.encode())) for text in texts), TYPE.robot, station)
+    assert len(one.rows) == 1
+    table = Source("t.csv", touchup_table(one, [], 0.3, True).encode())
+    data = read_measurements(table, TYPE.robot, terms=Reading(station=station))
+    tcp = equilibrium(Model(TYPE.robot, station=station), data.state).T_reference_tcp[0, :3, 3]
+    assert data.T_frame_object is not None
+    assert tcp - data.position[0] == pytest.approx(data.T_frame_object[0, :3, :3] @ [8e-4, 0, 0], abs=2e-6)

@@ -73,9 +73,8 @@ def run(
     default = effects is None and stated.effects is None
     if default and measured.T_frame_object is not None:
         stays = FRAME_ROLES if measured.state.session is None else FRAME_ROLES[1:]
-        keys = " and ".join(f"`{cls.key}`" for cls in classes if cls.role in stays)
-        say(f"the table states what {keys} would find: not fitted unless `--effects` names it")
         classes = [cls for cls in classes if cls.role not in stays]
+        say(f"the table states the tool and where the work is: fitted are {', '.join(cls.key for cls in classes)}")
     turned = stated.mounting or (0.0, 0.0, 0.0) if mounting is None else parse_vector("--mounting", mounting, "180,0,0")
     T_flange_tcp = np.eye(4) if tool is None else parse_tool(tool)
     model = Model(arm, (), rpy(np.radians(turned)), T_flange_tcp, robot)

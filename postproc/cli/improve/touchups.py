@@ -10,7 +10,7 @@ from cyclopts import Parameter
 from postproc.cli.inputs import short_names
 from postproc.cli.options import AS_WRITTEN, Flag, Output, positive
 from postproc.cli.output import check_outputs, present, write
-from postproc.cli.printing import say_next, show
+from postproc.cli.printing import say, say_next, show
 from postproc.cli.program_options import ProgramOptions
 from postproc.cli.programs import settled, sound_program
 from postproc.cli.progress import watching
@@ -49,7 +49,7 @@ def run(
         output: CSV file to write. Default: stdout.
         json: print the postproc/touchups/1 document.
     """
-    from postproc.measure.touchup_table import share_told, touchup_findings, touchup_table
+    from postproc.measure.touchup_table import share_deviation, touchup_findings, touchup_table
     from postproc.results.touchups import touchups_document
 
     if wobj_free and wobj_fixed:
@@ -58,22 +58,25 @@ def run(
     with opened_version(nominal) as first, opened_version(touched or nominal) as second:
         check_outputs([first.path, second.path], output)
         settings = stated.settings_at(second.home)
-        found, arm, sources = _found(first if touched is not None else None, second, settings)
-    told = None if arm is None or not arm.effects else share_told(found, arm, noise, not wobj_fixed)
-    findings = list(touchup_findings(found, told, sources))
-    if arm is None or not found.rows:
-        raise PostprocError([replace(d, severity="error") for d in findings] or [_nothing(found)], 1)
+        touchups, arm, sources = _compared(first if touched is not None else None, second, settings)
+    deviation = None if arm is None or not arm.effects else share_deviation(touchups, arm, noise, not wobj_fixed)
+    findings = list(touchup_findings(touchups, deviation, sources))
+    if arm is None or not touchups.rows:
+        raise PostprocError([replace(d, severity="error") for d in findings] or [_nothing(touchups)], 1)
     show(findings)
     if output is not None or not json:
-        write(output, touchup_table(found, sources, noise, not wobj_fixed))
+        write(output, touchup_table(touchups, sources, noise, not wobj_fixed))
     title = short_names(*(name for name in (nominal, touched) if name is not None))
-    present(touchups_document(title, found, told, findings), json=json, text=True, on_stderr=True)
+    present(touchups_document(title, touchups, deviation, findings), json=json, text=True, on_stderr=True)
     if output is not None and not json:
-        say_next("calibrates the arm", "fit", output, "--robot", arm.robot_name, "-o", "arm.toml")
+        cell = settings.cell or (second.place if second.is_folder and touchups.station.joints else None)
+        words = () if cell is None else ("--cell", cell)
+        say_next("calibrates the arm", "fit", output, "--robot", arm.robot_name, *words, "-o", "arm.toml")
+        say("compensate the nominal program with that model, never the touched-up one, which holds the error already")
     return 0
 
 
-def _found(
+def _compared(
     nominal: Version | None, touched: Version, settings: Settings
 ) -> tuple[TouchUps, Model | None, list[Source]]:
     """Return the touch-ups of all tasks that differ, the model of their arm, and the files that were touched up.
@@ -92,7 +95,7 @@ def _found(
         raise PostprocError.of("CLI003", text, help="name two programs, or two folders")
     before = None if nominal is None else nominal.tasks(settings)
     arms: dict[str, Model] = {}
-    found, files = TouchUps(), list[Source]()
+    total, files = TouchUps(), list[Source]()
     for task, (place, sources) in touched.tasks(settings).items():
         was = sources if before is None else before.get(task, (place, sources))[1]
         if before is not None and [s.data for s in was] == [s.data for s in sources]:
@@ -105,16 +108,16 @@ def _found(
         if one.rows:
             arms[arm.robot.name] = arm
             files += [s for s in sources if not s.read_only and s.data not in {w.data for w in was}]
-        found += one
+        total += one
     if len(arms) > 1:
         text = f"programs of {joined([f'`{name}`' for name in arms])} were touched up"
         raise PostprocError.of("CLI013", text, help="name the folder of one task")
-    return found, next(iter(arms.values()), None), files
+    return total, next(iter(arms.values()), None), files
 
 
-def _nothing(found: TouchUps) -> Diagnostic:
+def _nothing(touchups: TouchUps) -> Diagnostic:
     """Return DAT052: no target was touched up."""
-    others = "; ".join(f"{count} {reason}" for reason, count in found.omitted.items() if count)
-    text = f"none of {found.compared} targets was touched up" + (f": {others}" if others else "")
+    others = "; ".join(f"{count} {reason}" for reason, count in touchups.omitted.items() if count)
+    text = f"none of {touchups.compared} targets was touched up" + (f": {others}" if others else "")
     help_ = "name the version before and the one after touching up, in this order; both need the same routines"
     return Diagnostic("DAT052", "error", text, help=help_)

@@ -18,8 +18,9 @@ from postproc.estimation.priors import Prior, is_placed, prior_at
 from postproc.estimation.solving.determined import slope
 from postproc.model.arm import StatedPrior
 
-LIKELIER = 4.0
-"""Twice the logarithm of the odds by which another size must be likelier than the ordinary one."""
+LIKELIER = 50.0
+"""Twice the logarithm of the odds by which another size must be likelier than the ordinary one, times the number of the
+parameters of a kind: few numbers say little of their size."""
 SIZE_FACTORS = (0.3, 0.1)
 """Factors of the ordinary sizes that an arm may have: some are calibrated well."""
 SETTLE_PASSES = 4
@@ -60,10 +61,11 @@ def settled_by_size(fit: Fit) -> Fit:
     """
     best = settled(_with_sizes(fit, {}))
     scatter, sizes = best.scatter_of_parameters, dict[str, float]()
-    for name in [f"{e.key}.{name}" for e in fit.model.effects if _has_size(e) for name in e.parameters()]:
+    kinds = [(e, part) for e in fit.model.effects if _has_size(e) for part in e.parameters()]
+    for name, count in [(f"{e.key}.{part}", np.prod(e.shape(part))) for e, part in kinds]:
         for size in SIZE_FACTORS:
             trial = settled(_with_sizes(fit, {**sizes, name: size}))
-            if _log_marginal(trial, scatter) > _log_marginal(best, scatter) + LIKELIER:
+            if _log_marginal(trial, scatter) > _log_marginal(best, scatter) + LIKELIER / count:
                 best, sizes[name] = trial, size
     return best
 

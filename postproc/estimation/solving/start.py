@@ -100,7 +100,8 @@ def _with_work_objects(problem: Problem) -> Problem:
         return problem
     stated, session = np.isfinite(data.T_frame_object).all(axis=(1, 2)), data.state.session_of_rows
     places = _places_by_session(model, Role.WORK_OBJECTS)
-    first = largest(session[stated]) if stated.all() else None
+    free = np.isfinite(data.position).all(axis=1) & ~stated
+    first = None if free.any() else largest(session[stated])
     new = [name for name in dict.fromkeys(session[stated].tolist()) if name != first and name not in places]
     if not new:
         return problem

@@ -79,7 +79,13 @@ def together(tables: Sequence[Measurements], robot: Robot) -> Measurements:
             raise PostprocError(_finding("error", message, "name it once"))
     if len({table.tool_known for table in tables}) > 1:
         message = "a program tells the tool of some of the tables, and of others nobody"
-        raise PostprocError(_finding("error", message, "give joint angles in all of them, or targets in all"))
+        raise PostprocError(
+            _finding(
+                "error",
+                message,
+                "give joint angles in all of them, or targets in all; or state the tool in columns `tool_x_mm` ..",
+            )
+        )
     names = [table.state.session_names or (name,) for table, name in zip(tables, _names(sources), strict=True)]
     for (one, names_a), (other, names_b) in combinations(zip(tables, names, strict=True), 2):
         setup = _check_setup(one, other, robot, shared=sorted(set(names_a) & set(names_b)))

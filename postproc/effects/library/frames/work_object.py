@@ -7,12 +7,13 @@ from typing import Self
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.effects.base import XYZ, Displacement, Effect, State, Variant, param, structure, variant
+from postproc.effects.base import XYZ, State, Variant, param, variant
+from postproc.effects.library.frames.session import Session
 from postproc.effects.roles import Role
 
 
 class WorkObject(
-    Effect,
+    Session,
     role=Role.WORK_OBJECTS,
     unlikely=np.inf,
     reads=("session",),
@@ -26,18 +27,8 @@ class WorkObject(
     Source: rigid-body geometry. Typical size: 2 mm and 2 mrad, as fixtures are set up and work objects are taught.
     """
 
-    session: tuple[str, ...] = structure(("1",))
     shift_m: Array = param(unit="m", shape=("session", 3), typical=2e-3, labels=XYZ)
     turn_rad: Array = param(unit="rad", shape=("session", 3), typical=2e-3, labels=XYZ)
-
-    def displacement(self, state: State) -> Displacement:
-        """Displacement of the instrument, (n, 6) [m], [rad]: zero in work objects that are not listed."""
-        member = (state.session_of_rows[:, None] == np.array(self.session)).astype(float)
-        return Displacement(instrument=member @ np.concatenate([self.shift_m, self.turn_rad], axis=1))
-
-    def missing(self, state: State) -> tuple[str, ...]:
-        """``session`` where the states have none; else nothing."""
-        return () if state.session is not None else self.reads
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:

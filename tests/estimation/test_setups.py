@@ -1,0 +1,176 @@
+"""Fits and predictions of tables without a tracker, on arms in plain numpy, and what cannot have been read."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from postproc.diagnostics import PostprocError, Source
+from postproc.effects.registry import effect_library
+from postproc.estimation.fitted import Fit
+from postproc.estimation.recorded import expected_remaining, recorded_model, silent
+from postproc.identification.add import fit_effects
+from postproc.identification.predict import Prediction, predict_rows
+from postproc.measure.measurements import Measurements
+from postproc.measure.read.table import read_measurements
+from postproc.model.arm import Model
+from postproc.model.uncertainty import derivatives, read_uncertainty
+from postproc.robot.catalogue import load_robot
+from postproc.robot.pose import transform
+from tests.bench.shop.arms import Shop, shop
+from tests.bench.shop.judge import asked_gauges, unseen_rows
+from tests.bench.shop.refit import PRIOR, placed, refit, rms, tcp
+from tests.bench.shop.sets import Rows, csv_of, gauges, joined, real_tcp, table, tips
+
+ROBOT, SEED = "irb1600_10_145", 3
+BASE = ("tool_frame", "joint_offset", "joint_compliance")
+AS_DRAWN = np.concatenate([PRIOR[:15], np.full(30, 1e-9)])
+"""What is known before of zeros, springs and TCP, and of links that are those of the drawing."""
+
+
+@cache
+def an_arm() -> Shop:
+    """An arm whose springs and zeros are off, and whose links are those of the drawing."""
+    return shop(ROBOT, SEED, geometry=False)
+
+
+def read(rows: Rows, s: Shop, measured: bool = True) -> Measurements:
+    """What the product reads of the rows."""
+    return read_measurements(Source("t.csv", csv_of(rows).encode()), load_robot(s.robot), measured=measured)
+
+
+def fitted(rows: Rows, s: Shop, effects: tuple[str, ...] = BASE) -> Fit:
+    """The fit of the rows, with the tool stated."""
+    model = Model(load_robot(s.robot), T_flange_tcp=transform(s.tool), robot_name=s.robot)
+    return fit_effects(model, read(rows, s), [effect_library()[key] for key in effects])
+
+
+def predicted(model: Model, rows: Rows, s: Shop) -> Prediction:
+    """What a model says of rows that nobody has read."""
+    return predict_rows(model, read(rows, s, measured=False))
+
+
+def test_twelve_gauge_readings_tell_the_change_under_load_anywhere() -> None:
+    s = an_arm()
+    fit = fitted(gauges(np.random.default_rng(SEED), s), s)
+    asked = unseen_rows(s, SEED)
+    true = np.diff(real_tcp(s, asked.states).reshape(-1, 2, 3), axis=1)[:, 0]
+    found = predicted(recorded_model(fit), asked_gauges(asked), s)
+    assert found.reading is not None
+    moved = np.diff(found.reading.reshape(3, -1, 2), axis=2)[:, :, 0].T
+    assert rms(moved - true) < 0.1 * rms(true)
+    inside = np.abs(moved - true) < 1.96 * found.sigma.reshape(3, -1, 2)[:, :, 1].T
+    assert inside.mean() >= 0.88
+    assert silent(fit) == ["tool_frame", "joint_offset"]  # of which a change under load shows nothing
+
+
+def test_the_share_that_remains_falls_by_readings() -> None:
+    s = an_arm()
+    both = expected_remaining(fitted(gauges(np.random.default_rng(SEED), s), s, ("joint_compliance",)))
+    assert both is not None
+    _, (before, after) = both
+    assert after[1] < 0.5 * before[1]
+
+
+@pytest.mark.parametrize("kind", ["tip", "plane", "distance", "distance+b", "between", "tip+plane+distance"])
+def test_a_table_tells_what_a_refit_of_the_true_law_would(kind: str) -> None:
+    s = an_arm()
+    rows, asked = table(kind, s, SEED), unseen_rows(s, SEED)
+    text = csv_of(rows).encode()
+    layout = Source("map.toml", b'anchor_offset = "free"\n') if rows.offset_free else None
+    data = read_measurements(Source("t.csv", text), load_robot(s.robot), None, layout)
+    model = Model(load_robot(s.robot), T_flange_tcp=transform(s.tool), robot_name=s.robot)
+    fit = fit_effects(model, data, [effect_library()[key] for key in BASE])
+    true = real_tcp(s, asked.states)
+    found = predicted(recorded_model(fit), asked, s)
+    off, best = rms(placed(found.position, true) - true), tcp(refit(s, rows, AS_DRAWN).cell, asked.states)
+    assert off < 1.4 * rms(placed(best, true) - true)
+    assert np.mean(np.abs(found.position - true) < 1.96 * found.sigma[:, None]) > 0.88
+
+
+def test_a_tip_turns_with_joint_1_which_predictions_count_and_work_does_not() -> None:
+    s = an_arm()
+    model = recorded_model(fitted(tips(np.random.default_rng(SEED), s), s))
+    assert model.fit["base"] == ["joint_offset.offset_rad[1]"]
+    known = read_uncertainty(model)
+    assert known is not None
+    names = (*known.parameters, *known.held)
+    state = read(unseen_rows(s, SEED), s, measured=False).state
+    seen, work = (derivatives(model, state, names, instrument)[0] for instrument in (True, False))
+    one = names.index(("joint_offset", 0))
+    assert np.abs(seen[:, :, one]).max() > 0.3
+    assert not work[:, :, one].any()
+    others = [k for k in range(len(names)) if k != one]
+    np.testing.assert_array_equal(seen[:, :, others], work[:, :, others])
+
+
+def test_a_model_knows_a_tip_by_its_name_and_rows_place_another_gauge() -> None:
+    s = an_arm()
+    rows = joined([tips(np.random.default_rng(SEED), s), gauges(np.random.default_rng(SEED + 1), s)])
+    model = recorded_model(fitted(rows, s))
+    setups = model.effect("setup")
+    assert setups is not None
+    assert "tip S1" in vars(setups)["point"]
+    known = predicted(model, rows, s)
+    assert known.reading is not None
+    gauge = rows.kind == "gauge"
+    np.testing.assert_allclose(known.reading[gauge], rows.reading[gauge], atol=1e-4)
+    other = replace(rows, name=np.array([f"other {name}" for name in rows.name], object))
+    placed_anew = predicted(model, other, s)
+    assert placed_anew.reading is not None
+    np.testing.assert_allclose(placed_anew.reading[gauge], rows.reading[gauge], atol=1e-4)
+    assert np.isnan(placed_anew.reading[~gauge]).all()
+
+
+def spoiled(name: str) -> Rows:
+    """Rows that were not read as they say."""
+    s, g = an_arm(), np.random.default_rng(SEED)
+    rows = gauges(g, s) if name != "two tips" else joined([tips(g, s, 2, 12)])
+    reading, normal = rows.reading.copy(), rows.normal.copy()
+    first = int(np.argmax(np.abs(np.diff(reading)[::2])))  # the set-up that changes most
+    if name == "hundredths":
+        reading *= 100
+    if name == "all turned":
+        normal *= -1
+    if name == "one turned":
+        normal[2 * first : 2 * first + 2] *= -1
+    if name == "a turn of the dial":
+        reading[2 * first + 1] += 1e-3
+    if name == "two tips":
+        return replace(rows, name=np.array(["S1"] * len(rows), object))
+    return replace(rows, reading=reading, normal=normal)
+
+
+@pytest.mark.parametrize(
+    ("name", "code", "said"),
+    [
+        ("hundredths", "DAT009", "times what `irb1600_10_145` gives"),
+        ("all turned", "DAT041", "read against the load"),
+        ("two tips", "DAT041", "touch no common point"),
+    ],
+)
+def test_what_cannot_have_been_read_is_refused(name: str, code: str, said: str) -> None:
+    with pytest.raises(PostprocError) as refused:
+        read(spoiled(name), an_arm())
+    (finding,) = (d for d in refused.value.diagnostics if d.severity == "error")
+    assert finding.code == code
+    assert said in finding.message
+
+
+@pytest.mark.parametrize(("name", "said"), [("one turned", "against the load"), ("a turn of the dial", "often 1 mm")])
+def test_a_reading_that_contradicts_the_others_is_not_used(name: str, said: str) -> None:
+    data = read(spoiled(name), an_arm())
+    (finding,) = (d for d in data.diagnostics if d.code == "DAT041")
+    assert said in finding.message
+    assert len(data.wrong) == 1
+    clean = fitted(gauges(np.random.default_rng(SEED), an_arm()), an_arm(), ("joint_compliance",))
+    fit = fitted(spoiled(name), an_arm(), ("joint_compliance",))
+    np.testing.assert_allclose(fit.model.effects[-1].vector(), clean.model.effects[-1].vector(), rtol=0.5)
+
+
+def test_gauges_that_agree_give_no_finding() -> None:
+    found = read(gauges(np.random.default_rng(SEED), an_arm()), an_arm()).diagnostics
+    assert not [d for d in found if d.code in ("DAT041", "DAT009")]
