@@ -4,7 +4,7 @@ Everything physical takes n poses at once; shapes stand in docstrings, units are
 Six-vectors have the linear part before the angular part, as in pinocchio.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
@@ -45,6 +45,12 @@ def distinct(values: NDArray[N]) -> NDArray[N]:
     first = np.ones(len(values), dtype=bool)
     first[1:] = values[1:] != values[:-1]
     return values[first]
+
+
+def numbered(labels: Sequence[str]) -> tuple[Array | None, tuple[str, ...]]:
+    """Return the place (n,) of each label among the different ones, and these as they appear; None without labels."""
+    names = {label: k for k, label in enumerate(dict.fromkeys(labels))}
+    return np.array([names[label] for label in labels]) if labels else None, tuple(names)
 
 
 def constant(values: Array) -> Array:

@@ -1,11 +1,12 @@
-"""What an effect gives at some states: what it leaves out filled in, lists made arrays."""
+"""What an effect gives at some states, what it leaves out filled in; and parameters of several effects by name."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.channels.expression import at_rest, follows_order
@@ -54,6 +55,29 @@ def loads_of(effects: Sequence[Effect], state: State) -> Load:
         None if all(one.joint is None for one in every) else np.stack(joints, axis=2),
         {b: np.stack([one.body.get(b, nothing) for one in every], axis=2) for b in bodies},
     )
+
+
+def of_parameters(
+    effects: Iterable[Effect],
+    names: Sequence[tuple[str, int]],
+    figure: Callable[[Effect], NDArray[Any]] = Effect.vector,
+) -> Array:
+    """Return (p,) a figure of some parameters, their values by default.
+
+    Args:
+        names: effect key, and index in its vector, of each; figure: returns (q,) that of the parameters of an effect.
+    """
+    every = {e.key: figure(e) for e in effects}
+    return np.array([every[key][i] for key, i in names])
+
+
+def with_parameters(effects: Iterable[Effect], names: Sequence[tuple[str, int]], values: Array) -> list[Effect]:
+    """Return effects with these values (p,) of some parameters, within their bounds; names as in `of_parameters`."""
+    effects = [*effects]
+    vectors = {e.key: e.vector().copy() for e in effects}
+    for (key, i), value in zip(names, values, strict=True):
+        vectors[key][i] = value
+    return [e.with_vector(np.clip(vectors[e.key], *e.bounds())) for e in effects]
 
 
 def _array(part: Any) -> Array | None:

@@ -35,13 +35,14 @@ from postproc.channels.state import State
 from postproc.diagnostics import PostprocError
 from postproc.effects.contract import Displacement, Load
 from postproc.effects.files import FieldProblem, check_table, restore
-from postproc.effects.parameters import META, Layout, Parameter, Structure, broadcast, layout_of, param, structure
+from postproc.effects.parameters import META, XYZ, Layout, Parameter, Structure, broadcast, layout_of, param, structure
 from postproc.effects.roles import FRAME_ROLES, Role
 from postproc.effects.run_time import RunTimeTables
 from postproc.robot.arm import Robot
 
 __all__ = [
     "FILLED_BY_MODEL",
+    "XYZ",
     "Array",
     "Displacement",
     "Effect",
@@ -120,11 +121,9 @@ class Effect:
         cls.title = doc.strip().split("\n")[0].partition(" Source:")[0]
         cls.key = key or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
         cls.reads = cls.reads if reads is None else with_sources((reads,) if isinstance(reads, str) else reads)
-        cls.linear = cls.linear if linear is None else linear
-        cls.about_data = cls.about_data if about_data is None else about_data
-        cls.beside = cls.beside if beside is None else beside
-        cls.unlikely = cls.unlikely if unlikely is None else unlikely
-        cls.role = cls.role if role is None else role
+        plain = {"linear": linear, "about_data": about_data, "beside": beside, "unlikely": unlikely, "role": role}
+        for name, value in plain.items():
+            setattr(cls, name, getattr(cls, name) if value is None else value)
         cls.confused_with = cls.confused_with if confused_with is None else dict(confused_with)
         dataclass(frozen=True, eq=False, kw_only=True)(cls)
         cls._parameters, cls._structures = _declared(cls, Parameter), _declared(cls, Structure)
@@ -368,11 +367,7 @@ class Variant:
 
 
 def variant(
-    effect: Effect,
-    label: str = "",
-    free: NDArray[np.bool_] | None = None,
-    refit: Any = None,
-    odds: float = 1.0,
+    effect: Effect, label: str = "", free: NDArray[np.bool_] | None = None, refit: Any = None, odds: float = 1.0
 ) -> Variant:
     """Return a form to try, see `Variant`; without masks (p,) all amplitudes are free and everything is refitted."""
     free = effect.amplitudes() if free is None else free

@@ -100,9 +100,8 @@ def _check_structure(cls: type[DeclaredEffect], name: str, value: Any) -> list[F
         if value in meta.choices:
             return []
         allowed = ", ".join(f'"{c}"' for c in meta.choices)
-        return [
-            FieldProblem("EFF023", name, f"`{name}` of `{cls.key}` is not one of its choices", f"allowed: {allowed}")
-        ]
+        message = f"`{name}` of `{cls.key}` is not one of its choices"
+        return [FieldProblem("EFF023", name, message, f"allowed: {allowed}")]
     many = isinstance(default, tuple)
     if many and all(isinstance(word, str) for word in default):
         if isinstance(value, (list, tuple)) and all(isinstance(v, str) for v in value):
@@ -137,9 +136,8 @@ def _check_parameter(like: DeclaredEffect, name: str, value: Any) -> list[FieldP
     try:
         array = np.asarray(value, dtype=float)
     except ValueError:
-        return [
-            FieldProblem("EFF022", name, f"`{name}` of `{like.key}` has rows of different lengths", f"give {wanted}")
-        ]
+        message = f"`{name}` of `{like.key}` has rows of different lengths"
+        return [FieldProblem("EFF022", name, message, f"give {wanted}")]
     if array.shape != shape:
         has = f"has {' x '.join(map(str, array.shape))} numbers" if array.shape else "is a single number"
         return [FieldProblem("EFF022", name, f"`{name}` of `{like.key}` {has}", f"give {wanted}")]

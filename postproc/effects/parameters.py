@@ -16,6 +16,8 @@ from postproc.arrays import Array
 
 Number = float | Sequence[float]
 META = "postproc"
+XYZ = ("x", "y", "z")
+"""Labels of the numbers of a vector."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -40,10 +42,8 @@ def data_findings(fit: Fit) -> list[Diagnostic]:
     ]
     noise, stated, unit = larger_noise(fit), fit.noise, fit.observed.unit
     if noise is not stated and chance_of_excess(_ratio(noise, stated), noise.dof, np.inf) < DOUBTFUL_CHANCE:
-        message = (
-            f"the repeats scatter by {1e3 * (noise.sigma or 0):.3f} {unit} per {fit.observed.each}, more than the "
-            f"stated noise of {1e3 * (stated.sigma or 0):.3f} {unit}"
-        )
+        message = f"the repeats scatter by {1e3 * (noise.sigma or 0):.3f} {unit} per {fit.observed.each}, more than "
+        message += f"the stated noise of {1e3 * (stated.sigma or 0):.3f} {unit}"
         findings.append(Diagnostic("DAT027", "warning", message, fit.data.source, help="leave the stated noise out"))
     size = 1e3 * distances(fit.observed_error)
     for i in fit.excluded:
@@ -52,9 +52,8 @@ def data_findings(fit: Fit) -> list[Diagnostic]:
         help_ = "measure the row again; if it repeats, it shows something that the model lacks"
         findings.append(Diagnostic("DAT013", "warning", message, *fit.data.where(i), help_))
     if rows := sorted(outlying_rows(fit).tolist(), key=lambda i: -size[i]):
-        message = (
-            f"{fit.data.name(rows[0])} lies {size[rows[0]]:.2f} {unit} from the fitted model, more than noise explains"
-        )
+        message = f"{fit.data.name(rows[0])} lies {size[rows[0]]:.2f} {unit} from the fitted model, more than noise "
+        message += "explains"
         if others := [fit.data.name(i) for i in rows[1:]]:
             counted = [f"{len(others) - MOST_ROWS_NAMED} more"] if len(others) > MOST_ROWS_NAMED else []
             message += f"; so do {joined([*others[:MOST_ROWS_NAMED], *counted])}"
@@ -86,10 +85,8 @@ def impossible_noise(fit: Fit) -> list[Diagnostic]:
     stated, unit = (fit.noise.sigma if fit.noise.origin == "user" else fit.noise.instrument) or 0.0, fit.observed.unit
     if not stated or fit.freedom < FEW or stated < TOO_LOUD * fit.rms:
         return []
-    message = (
-        f"the stated noise of {1e3 * stated:.3f} {unit} cannot be: the fit leaves {1e3 * fit.rms:.3f} {unit} per "
-        f"{fit.observed.each}"
-    )
+    message = f"the stated noise of {1e3 * stated:.3f} {unit} cannot be: the fit leaves {1e3 * fit.rms:.3f} {unit} per "
+    message += f"{fit.observed.each}"
     help_ = f"is it in {'micrometres' if unit == 'mm' else 'another unit'}? It counts in {unit}"
     return [Diagnostic("DAT027", "warning", message, fit.data.source, help=help_)]
 
@@ -106,10 +103,8 @@ def one_path(fit: Fit) -> list[Diagnostic]:
     away = float(np.sqrt(np.mean(predict_sigma(recorded_model(fit), between) ** 2)))
     if away < SCARCE * fit.held_out_rms:
         return []
-    message = (
-        f"the rows follow one path: elsewhere among their joint angles a prediction is good to {1e3 * away:.2f} mm per "
-        f"axis, not to the {1e3 * fit.held_out_rms:.3f} mm of rows of this path"
-    )
+    message = f"the rows follow one path: elsewhere among their joint angles a prediction is good to {1e3 * away:.2f} "
+    message += f"mm per axis, not to the {1e3 * fit.held_out_rms:.3f} mm of rows of this path"
     help_ = "measure single poses all over the workspace (`postproc plan`), or further paths"
     return [Diagnostic("DAT032", "warning", message, fit.data.source, help=help_)]
 
@@ -117,11 +112,8 @@ def one_path(fit: Fit) -> list[Diagnostic]:
 def larger_noise(fit: Fit) -> Noise:
     """Return the noise of a fit, or that of its repeats where these scatter more than the user's figure."""
     repeats = estimate_noise(fit.data, fit.model.robot, error=fit.observed_error)
-    return (
-        repeats
-        if fit.noise.origin == "user" and repeats.origin == "repeats" and _ratio(repeats, fit.noise) > 1
-        else fit.noise
-    )
+    stated = fit.noise.origin == "user" and repeats.origin == "repeats"
+    return repeats if stated and _ratio(repeats, fit.noise) > 1 else fit.noise
 
 
 def _ratio(noise: Noise, stated: Noise) -> float:
@@ -155,16 +147,14 @@ def cautions(fit: Fit) -> list[Diagnostic]:
     ]
 
 
-def _unread(fit: Fit) -> list[Diagnostic]:
-    """Return DAT021 for every effect that cannot be fitted, since it reads a channel that was not measured."""
-    findings = []
+def _unread(fit: Fit) -> Iterator[Diagnostic]:
+    """Yield DAT021 for every effect that cannot be fitted, since it reads a channel that was not measured."""
     for effect in fit.model.effects:
         missing = effect.missing(fit.problem.sensitivity.state)
         if missing:
             message = f"`{effect.key}` reads {', '.join(missing)}: the measurements have no such column, it is held"
             help_ = "measure with that channel, or leave the effect out"
-            findings.append(Diagnostic("DAT021", "warning", message, fit.data.source, help=help_))
-    return findings
+            yield Diagnostic("DAT021", "warning", message, fit.data.source, help=help_)
 
 
 def _scarce(fit: Fit) -> list[Diagnostic]:
@@ -178,8 +168,8 @@ def _scarce(fit: Fit) -> list[Diagnostic]:
     unit = fit.observed.unit
     message = (
         f"{poses} poses tell too little for {len(fit.parameters)} parameters: the error is {mm(fit.rms):.3f} {unit} on "
-        f"rows of the fit, {mm(fit.held_out_rms):.3f} {unit} on rows that it has not seen"
     )
+    message += f"rows of the fit, {mm(fit.held_out_rms):.3f} {unit} on rows that it has not seen"
     help_ = "measure more poses (`postproc plan` says which), or fit fewer effects"
     return [Diagnostic("DAT016", "warning", message, fit.data.source, help=help_)]
 

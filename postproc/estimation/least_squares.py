@@ -29,16 +29,8 @@ from postproc.model.arm import Model
 from postproc.model.ordered import with_ordered_channels
 from postproc.watch import Watch, unwatched
 
-FIRST = (
-    "instrument_frame",
-    "session",
-    "work_object",
-    "setup",
-    "tool_frame",
-    "reflector",
-    "joint_offset",
-    "joint_compliance",
-)
+PLACED_FIRST = "instrument_frame", "session", "work_object", "setup", "tool_frame", "reflector"
+FIRST = (*PLACED_FIRST, "joint_offset", "joint_compliance")
 LAST = ("link_geometry",)
 """Where two parameters do the same, the later effect is not fitted: frames before offsets before geometry."""
 PLAIN_TERMS = Terms()
@@ -265,7 +257,7 @@ def _placed(problem: Problem, figures: Noise, masks: Masks) -> Fit:
     weights, excluded = reweighted(placed, problem.weights, figures, False)
     placed = placed.weighted(weights)
     at = slope(placed, masks, set(), {})
-    return Fit(placed, masks, at_bound=(), noise=figures, excluded=excluded, **at.found)
+    return Fit(placed, masks, at_bound=(), noise=figures, excluded=excluded, **at.shared)
 
 
 def placed_by_points(data: Measurements) -> bool:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import GRAVITY, Array
 from postproc.channels.state import State
+from postproc.effects.asking import of_parameters
 from postproc.estimation.linear import solve_positive
-from postproc.estimation.priors import UNDETERMINED_SHARE, Prior, lognormal_deviation, prior_of
+from postproc.estimation.priors import TAIL, UNDETERMINED_SHARE, Prior, lognormal_deviation, prior_at, prior_of
 from postproc.estimation.solution import Solution
 from postproc.estimation.solving.step import Name
 from postproc.model.arm import Model
@@ -26,9 +27,7 @@ NOTHING, SAME = 1e-7, 0.01
 up for it everywhere: such a parameter only says the same in other axes (joint 1 and the base)."""
 FORCE = 0.5
 """Share of the weight of the rated payload that pulls in any direction where a model is asked for what rows lack."""
-TAIL = 2.0
-"""Deviations of a logarithm beyond which a prior pulls no harder: an arm may be unlike all others of its type."""
-SOFTEST = 3.0
+SOFTEST_ARM = 3.0
 """Deviations of the logarithm of a compliance beyond which no arm is asked where it would stand."""
 STEPS, SETTLED = 60, 1e-10
 SMALLEST = 1e-3
@@ -91,24 +90,14 @@ def posterior_of(fit: Solution, scatter: float) -> Posterior:
     """
     determined = (*fit.parameters, *(p for p in fit.at_bound if p not in fit.unknown))
     names, count = (*determined, *(p for p in fit.unknown if p not in determined)), len(determined)
-    priors = {e.key: prior_of(e, fit.model) for e in fit.model.effects}
-    objective = _objective(fit, names, count, priors, scatter)
-    kept, whole = _visible(fit, names, count, objective)
-    base = tuple(names[k] for k in whole)
-    names, objective = tuple(names[k] for k in kept), objective.subset(kept)
-    mean = objective.minimum()
+    objective = _objective(fit, names, count, scatter)
+    shown, of_base = _visible(fit, names, count, objective)
+    base = tuple(names[k] for k in of_base)
+    names, objective = tuple(names[k] for k in shown), objective.subset(shown)
+    mean, prior = objective.minimum(), objective.prior
     covariance, directions = _laplace(objective, mean, count)
-    deviation = np.array([priors[key].deviation()[i] for key, i in names])
-    return Posterior(
-        determined,
-        mean,
-        covariance,
-        names[count:],
-        directions,
-        np.where(np.isinf(objective.spread), np.inf, deviation),
-        tuple(priors[key].source[i] for key, i in names),
-        base,
-    )
+    deviation = np.where(np.isinf(prior.spread), np.inf, prior.deviation())
+    return Posterior(determined, mean, covariance, names[count:], directions, deviation, prior.source, base)
 
 
 @dataclass(frozen=True)
@@ -119,20 +108,18 @@ class Objective:
     `TAIL`.
 
     Args:
-        gram: (p, p) G. pull: (p,) b. start: (p,) x_0. median: (p,) m. spread: (p,) S. log: (p,) positive parameters.
+        gram: (p, p) G. pull: (p,) b. start: (p,) x_0. prior: m, S and which parameters are positive.
     """
 
     gram: Array
     pull: Array
     start: Array
-    median: Array
-    spread: Array
-    log: NDArray[np.bool_]
+    prior: Prior
 
     def subset(self, index: NDArray[np.int_]) -> Objective:
         """Return the objective of some of the parameters, by their indices."""
-        pull, start, median, spread = (x[index] for x in (self.pull, self.start, self.median, self.spread))
-        return Objective(self.gram[np.ix_(index, index)], pull, start, median, spread, self.log[index])
+        gram, prior = self.gram[np.ix_(index, index)], self.prior.some(index)
+        return Objective(gram, self.pull[index], self.start[index], prior)
 
     def curvature(self, unit: Array, weight: Array) -> Array:
         """Return (p, p) half the second derivative by parameters in some units (p,), for the weights (p,) of priors."""
@@ -143,16 +130,16 @@ class Objective:
 
         A step changes a positive parameter by a factor e at most.
         """
-        x = np.where(self.log, np.maximum(self.start, SMALLEST * self.median), self.start)
+        log = self.prior.log
+        x = np.where(log, np.maximum(self.start, SMALLEST * self.prior.value), self.start)
         for _ in range(STEPS):
-            unit, off = np.where(self.log, x, 1.0), self._off(x)
-            weight = yielding(off, self.spread, self.log)
-            slope = unit * (self.gram @ (x - self.start) - self.pull) + weight * off
+            unit, weight = np.where(log, x, 1.0), self.prior.weight(x)
+            slope = unit * (self.gram @ (x - self.start) - self.pull) + weight * self.prior.off(x)
             step = -solve_positive(self.curvature(unit, weight), slope)
-            step /= max(1.0, float(np.max(np.abs(step), initial=0.0, where=self.log)))
+            step /= max(1.0, float(np.max(np.abs(step), initial=0.0, where=log)))
             now, share = self._cost(x), 1.0
             while share > 1e-3:
-                trial = np.where(self.log, x * np.exp(share * step), x + share * step)
+                trial = np.where(log, x * np.exp(share * step), x + share * step)
                 if self._cost(trial) <= now:
                     break
                 share /= 2
@@ -163,42 +150,30 @@ class Objective:
                 break
         return np.asarray(x)
 
-    def _off(self, x: Array) -> Array:
-        """Return (p,) differences to the medians, of logarithms where parameters are positive."""
-        result = x - self.median
-        result[self.log] = np.log(x[self.log] / self.median[self.log])
-        return np.asarray(result)
-
     def _cost(self, x: Array) -> float:
         """Return the sum at x (p,)."""
-        by, z = x - self.start, self._off(x) / self.spread
-        far = np.where(self.log, np.maximum(np.abs(z) - TAIL, 0.0), 0.0)
+        by, z = x - self.start, self.prior.off(x) / self.prior.spread
+        far = np.where(self.prior.log, np.maximum(np.abs(z) - TAIL, 0.0), 0.0)
         return float(by @ (self.gram @ by) - 2 * self.pull @ by + np.sum(z**2 - far**2))
 
 
-def _objective(
-    fit: Solution, names: Sequence[Name], count: int, priors: Mapping[str, Prior], scatter: float
-) -> Objective:
-    """Return what the rows of a fit and the priors, by effect key, say of some parameters together.
+def _objective(fit: Solution, names: Sequence[Name], count: int, scatter: float) -> Objective:
+    """Return what the rows of a fit and the priors say of some parameters together.
 
     Args:
         names: (effect key, index) of the parameters; count: of those among them that are determined, which come first.
         scatter: as in `posterior_of`.
     """
-    effects = {e.key: e for e in fit.model.effects}
     penalty = np.zeros(len(names))
     penalty[: len(fit.parameters)] = fit.penalty
-    median = np.array([priors[key].value[i] for key, i in names])
-    log = np.array([priors[key].log[i] for key, i in names], dtype=bool)
-    spread = np.array([priors[key].spread[i] for key, i in names])
+    prior, start = prior_at(fit.model, fit.model.effects, names), of_parameters(fit.model.effects, names)
     # A frame may be anywhere, and the penalty of a free function is its prior.
     free = np.array([k < count and key in fit.problem.anywhere for k, (key, _) in enumerate(names)], dtype=bool)
-    spread = np.where(free | (penalty > 0), np.inf, spread)
+    prior = replace(prior, spread=np.where(free | (penalty > 0), np.inf, prior.spread))
     columns = _columns(fit, names)
-    start = np.array([effects[key].vector()[i] for key, i in names])
     gram = (columns.T @ columns + np.diag(penalty**2)) / scatter
     pull = (columns.T @ fit.problem.residual - penalty**2 * start) / scatter
-    return Objective(gram, pull, start, median, spread, log)
+    return Objective(gram, pull, start, prior)
 
 
 def _visible(
@@ -211,12 +186,13 @@ def _visible(
     Args:
         names, count: as in `_objective`.
     """
-    unit, spread = np.where(objective.log, objective.median, 1.0), objective.spread[count:]
-    taken = _eliminated(objective.curvature(unit, objective.spread**-2.0), count)[1]
+    prior = objective.prior
+    unit, spread = np.where(prior.log, prior.value, 1.0), prior.spread[count:]
+    taken = _eliminated(objective.curvature(unit, prior.spread**-2.0), count)[1]
     moves, total, bent = _moves(fit, names, unit, taken)
     visible = moves * spread > np.maximum(NOTHING, SAME * total * spread)
-    whole = visible & (bent < SAME * moves)
-    return np.concatenate([np.arange(count), count + np.flatnonzero(visible)]), count + np.flatnonzero(whole)
+    of_base = visible & (bent < SAME * moves)
+    return np.concatenate([np.arange(count), count + np.flatnonzero(visible)]), count + np.flatnonzero(of_base)
 
 
 def _eliminated(curvature: Array, count: int) -> tuple[Array, Array]:
@@ -235,9 +211,9 @@ def _laplace(objective: Objective, mean: Array, count: int) -> tuple[Array, Arra
     Args:
         mean: (k + h,) likeliest values; count: k, the number of determined parameters.
     """
-    log = objective.log
-    unit, weight = np.where(log, mean, 1.0), yielding(_log_ratio(mean, objective.median), objective.spread, log)
-    curvature = objective.curvature(unit, weight)
+    log = objective.prior.log
+    unit = np.where(log, mean, 1.0)
+    curvature = objective.curvature(unit, objective.prior.weight(mean))
     known, taken = _eliminated(curvature, count)
     curvature_of_others = curvature[count:, count:] - curvature[count:, :count] @ taken
     lower = _factor(solve_positive(curvature_of_others, np.eye(len(curvature_of_others))))
@@ -272,23 +248,6 @@ def _columns(fit: Solution, names: Sequence[Name]) -> Array:
     return columns
 
 
-def _log_ratio(x: Array, median: Array) -> Array:
-    """Return ln(x / m) of numbers (p,) of the same sign, 0 of others."""
-    good = x * median > 0
-    return np.asarray(np.where(good, np.log(np.where(good, x, 1.0) / np.where(good, median, 1.0)), 0.0))
-
-
-def yielding(off: Array, spread: Array, log: NDArray[np.bool_]) -> Array:
-    """Return the weights (p,) of priors, 1 / S^2, less where a logarithm is more than `TAIL` deviations off.
-
-    Args:
-        off: (p,) differences to the medians, of logarithms where ``log``; spread: (p,) S.
-        log: (p,) positive parameters.
-    """
-    share = np.minimum(1.0, TAIL * spread / np.maximum(np.abs(off), 1e-300))
-    return np.asarray(np.where(log, share, 1.0) * spread**-2.0)
-
-
 def _factor(covariance: Array) -> Array:
     """Return L with L L^T a positive definite matrix of numbers of very different sizes."""
     scale = np.sqrt(np.diag(covariance))
@@ -300,7 +259,7 @@ def _as_stiff_as_arms_are(model: Model) -> Model:
     effects = []
     for effect in model.effects:
         prior = prior_of(effect, model)
-        most = np.where(prior.log, prior.value * np.exp(SOFTEST * np.where(prior.log, prior.spread, 0.0)), np.inf)
+        most = np.where(prior.log, prior.value * np.exp(SOFTEST_ARM * np.where(prior.log, prior.spread, 0.0)), np.inf)
         effects.append(effect.with_vector(np.minimum(effect.vector(), most)) if prior.log.any() else effect)
     return model.with_effects(*effects)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,6 +20,8 @@ from postproc.model.uncertainty import read_uncertainty
 
 UNDETERMINED_SHARE = 0.7
 """Share of its prior deviation above which a parameter was not determined: rows have said less than half of it."""
+TAIL = 2.0
+"""Deviations of a logarithm beyond which a prior pulls no harder: an arm may be unlike all others of its type."""
 CHANGED = 0.1
 """Share of its first deviation by which an arm may have changed since an earlier table: zeros move, parts wear."""
 
@@ -41,6 +44,22 @@ class Prior:
     def deviation(self) -> Array:
         """Return the standard deviation (q,) of the parameters, in their units."""
         return np.asarray(np.where(self.log, self.value * lognormal_deviation(self.spread), self.spread))
+
+    def some(self, index: NDArray[np.int_]) -> Prior:
+        """Return the prior of some of the parameters, by their indices."""
+        source = tuple(self.source[i] for i in index)
+        return Prior(self.value[index], self.spread[index], self.log[index], source)
+
+    def off(self, x: Array) -> Array:
+        """Return how far values (q,) are from the medians, of positive parameters in logarithms."""
+        result, log = x - self.value, self.log & (x > 0)
+        result[log] = np.log(x[log] / self.value[log])
+        return np.asarray(result)
+
+    def weight(self, x: Array) -> Array:
+        """Return the weights (q,) 1 / S^2 at x (q,), less where a logarithm is more than `TAIL` deviations off."""
+        share = np.minimum(1.0, TAIL * self.spread / np.maximum(np.abs(self.off(x)), 1e-300))
+        return np.asarray(np.where(self.log & (x > 0), share, 1.0) * self.spread**-2.0)
 
 
 def prior_of(effect: Effect, model: Model) -> Prior:
@@ -69,6 +88,16 @@ def prior_of(effect: Effect, model: Model) -> Prior:
             value[i], source[i] = stated.value, stated.source
             spread[i] = np.sqrt(np.log1p(share**2)) if log[i] else stated.sigma
     return Prior(value, spread, log, tuple(source))
+
+
+def prior_at(model: Model, effects: Sequence[Effect], names: Sequence[tuple[str, int]]) -> Prior:
+    """Return the prior of some parameters, by effect key and index in its vector, of effects on the model's arm."""
+    every = {e.key: prior_of(e, model) for e in effects}
+    value, spread, log = (
+        np.array([getattr(every[key], part)[i] for key, i in names], dtype=kind)
+        for part, kind in (("value", float), ("spread", float), ("log", bool))
+    )
+    return Prior(value, spread, log, tuple(every[key].source[i] for key, i in names))
 
 
 def with_earlier_fit(model: Model, data: Measurements) -> Model:

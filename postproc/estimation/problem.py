@@ -18,8 +18,8 @@ from postproc.effects.base import Effect
 from postproc.effects.roles import Role
 from postproc.estimation.priors import may_be_anywhere
 from postproc.measure.checks.repeats import Noise
-from postproc.measure.kinds.base import UNKNOWNS
-from postproc.measure.kinds.observed import Observed, observed
+from postproc.measure.kinds.base import UNKNOWNS, Read
+from postproc.measure.kinds.observed import observed
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 from postproc.model.derivatives.places import INSTRUMENT, PLACES, SETUP
@@ -165,7 +165,7 @@ class Problem:
         return frozenset(e.key for e in self.model.effects if may_be_anywhere(e) and e.role not in known)
 
     @cached_property
-    def read(self) -> Observed | None:
+    def read(self) -> Read | None:
         """What rows with a set-up read by the model, with derivatives; None where all rows measure positions."""
         readings, state = self.data.readings, self.data.state
         if readings is None:
@@ -237,11 +237,7 @@ class Problem:
         pose = 3 if self.data.rotation is None else 6
         matrix[:, :pose] = of_pose.matrix[:, :pose]
         if self.read is not None:
-            # Set-ups are fixed to the frame of measured points, wherever an instrument stands.
-            seen, rows = self.read, self.set_up
-            turn = seen.by_point[rows] @ np.swapaxes(self.equilibrium.R_instrument_reference[rows], 1, 2)
-            matrix[rows, :3] = turn @ of_pose.matrix[rows, :3]
-            matrix[rows, :3, INSTRUMENT:SETUP], matrix[rows, :3, SETUP:] = 0.0, seen.by_unknown[rows]
+            matrix[self.set_up, :3] = of_readings(of_pose, self.equilibrium, self.read, self.set_up)
         if self.data.joint is not None:
             matrix[:, pose:, :6] = np.eye(6)
         return replace(of_pose, matrix=matrix)
@@ -313,6 +309,19 @@ class Problem:
         scale = typical.max(axis=0, initial=0.0)
         filled = Weights(np.where(typical > 0, typical, scale), self.weights.turn)
         return np.asarray(filled.whiten(np.nan_to_num(self.error)[:, :, None])[:, :, 0] ** 2)
+
+
+def of_readings(of_pose: Sensitivity, balance: Equilibrium, read: Read, rows: NDArray[np.bool_] | slice) -> Array:
+    """Return (m, 3, 66) derivatives of what m rows with a set-up read, 0 where they read nothing.
+
+    Set-ups are fixed to the frame of measured points, wherever an instrument stands.
+
+    Args:
+        of_pose: derivatives of all n poses, balance: their equilibrium, read: what they read; rows: which count.
+    """
+    matrix = read.by_point[rows] @ np.swapaxes(balance.R_instrument_reference, 1, 2)[rows] @ of_pose.matrix[rows, :3]
+    matrix[:, :, INSTRUMENT:SETUP], matrix[:, :, SETUP:] = 0.0, read.by_unknown[rows]
+    return matrix
 
 
 def at_least_ordinary(model: Model, spring: Effect) -> Effect:

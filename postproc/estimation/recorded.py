@@ -94,11 +94,11 @@ def expected_remaining(fit: Fit) -> tuple[tuple[Share, Share], tuple[Share, Shar
     state = fit.data.state
     state = state if fit.data.tool_known else state.with_(T_flange_tcp=fit.model.T_flange_tcp)
     known = scatter_covariance(fit.model, spring_covariance(fit.model, known_errors(fit)))
-    whole, loads = (
+    deflection, loads = (
         (scatter_of(typical, state, None, links).remaining, scatter_of(fit.model, state, known, links).remaining)
         for links in (True, False)
     )
-    return whole, loads
+    return deflection, loads
 
 
 def pose_error_sigma(fit: Fit) -> float:
@@ -171,11 +171,8 @@ def no_farther_than_nominal(fit: Fit) -> None:
     fitted = float(np.median(distances(fit.problem.error[agreed.rows, :3])))
     if fitted < max(FARTHER * nominal, nominal + LEAST_M):
         return
-    message = (
-        f"half of the rows lie over {1e3 * fitted:.3f} mm from the fitted model, and {1e3 * nominal:.3f} mm from the "
-        "nominal arm: the model is worse than none and is not written"
-    )
-    help_ = (
-        "some rows are not what the table says (DAT007, DAT013, DAT025 name the likely ones): correct or leave them out"
-    )
+    message = f"half of the rows lie over {1e3 * fitted:.3f} mm from the fitted model, and {1e3 * nominal:.3f} mm from "
+    message += "the nominal arm: the model is worse than none and is not written"
+    help_ = "some rows are not what the table says (DAT007, DAT013, DAT025 name the likely ones): correct or "
+    help_ += "leave them out"
     raise PostprocError.of("DAT039", message, fit.data.source, help=help_, exit_code=1)

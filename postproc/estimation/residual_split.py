@@ -69,7 +69,7 @@ def split_residual(fit: Solution) -> ResidualSplit:
                 best, chosen = likelihood, covariance
     weight = np.exp(np.array(evidence) - max(evidence))
     noise = float(weight @ variance / weight.sum() / alone[1])
-    blocks = np.repeat(contiguous_blocks(fit.data.left_out_together)[rows], width)[used]
+    blocks = np.repeat(contiguous_blocks(fit.data.fold_group)[rows], width)[used]
     each = np.zeros(len(used))
     each[used] = field.held_out(chosen, blocks)
     out = np.zeros(fit.problem.weights.values.shape)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
+from postproc.effects.asking import of_parameters
 from postproc.effects.base import Effect
 from postproc.effects.similarity import ordinary_sizes
 from postproc.estimation.held_out import contiguous_blocks, hold_out, standardised
@@ -123,7 +124,7 @@ class Solution:
         Args:
             share: of the weight of the priors that counts.
         """
-        off, weight = self._vector(), self.penalty
+        off, weight = of_parameters(self.model.effects, self.parameters), self.penalty
         if self.pull is not None and self.centre is not None:
             off, weight = off - self.centre, np.hypot(weight, share * self.pull)
         soft = np.flatnonzero(weight)
@@ -151,11 +152,6 @@ class Solution:
         mask = np.zeros(len(effect.vector()), dtype=bool)
         mask[[i for key, i in self.at_bound if key == effect.key]] = True
         return self.problem.columns(effect, mask)
-
-    def _vector(self) -> Array:
-        """Return (p,) fitted values in the order of ``parameters``."""
-        values = {e.key: e.vector() for e in self.model.effects}
-        return np.array([values[key][i] for key, i in self.parameters])
 
     @cached_property
     def informative(self) -> float:
@@ -232,7 +228,7 @@ class Solution:
     @cached_property
     def held_out_error(self) -> Array:
         """(n, k) errors [m], [rad] of contiguous blocks of rows, each predicted by a fit to the other blocks."""
-        return self.held_out_by(contiguous_blocks(self.data.left_out_together))
+        return self.held_out_by(contiguous_blocks(self.data.fold_group))
 
     def held_out_by(self, blocks: NDArray[np.int_]) -> Array:
         """Return (n, k) errors [m], [rad] of blocks of rows, each predicted by a fit to the other blocks.

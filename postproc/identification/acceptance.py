@@ -193,7 +193,7 @@ def predicts_better(after: Fit, before: Fit, errors: float) -> bool:
     Args:
         after: the fit that may be better; before: the other one; errors: how many standard errors, 0 for any gain.
     """
-    blocks = neighbouring_blocks(before.data.left_out_together, before.data.state.q)
+    blocks = neighbouring_blocks(before.data.fold_group, before.data.state.q)
     # `scipy.stats.wilcoxon` gives the same, but takes a second to load.
     gain = np.bincount(blocks, np.nansum(before.held_out_by(blocks) ** 2 - after.held_out_by(blocks) ** 2, axis=1))
     rank = 1.0 + np.argsort(np.argsort(np.abs(gain)))

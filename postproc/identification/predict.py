@@ -29,12 +29,11 @@ from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
 from postproc.model.ordered import with_ordered_channels
 from postproc.model.uncertainty import beyond_range, derivatives, read_uncertainty, sigma_parts
-from postproc.model.undetermined import full_covariance
+from postproc.model.undetermined import covariance_factor, full_covariance
 
 PARTS = ("parameters", "unexplained", "noise")
-PREDICTION_HEADER = ",".join(
-    ["pose_id,x_mm,y_mm,z_mm,sigma_mm,sigma_measured_mm", *(f"sigma_{part}_mm" for part in PARTS)]
-)
+COLUMNS_OF_ALL = "pose_id,x_mm,y_mm,z_mm,sigma_mm,sigma_measured_mm"
+PREDICTION_HEADER = ",".join([COLUMNS_OF_ALL, *(f"sigma_{part}_mm" for part in PARTS)])
 
 
 @dataclass(frozen=True)
@@ -83,10 +82,13 @@ def predict_rows(model: Model, data: Measurements, place: bool = False) -> Predi
     good = np.asarray(np.isfinite(data.state.q).all(axis=1))
     seen = np.asarray(good & np.isfinite(data.position).all(axis=1) & ~data.off_arm)
     placed = _place(model, data.rows(seen)) if place else None
-    findings = [] if placed is None else [_placed_finding(placed)]
-    known = model if placed is None else placed.model
-    if placed is not None and model.surest is not None:
-        known = replace(known, surest=_place(model.surest, data.rows(seen)).model)
+    findings, known = list[Diagnostic](), model
+    if placed is not None:
+        surest = None if model.surest is None else _place(model.surest, data.rows(seen)).model
+        known = replace(placed.model, surest=surest)
+        message = f"{len(placed.data) - len(placed.excluded)} measured rows place the instrument anew; "
+        message += f"they are off by {1e3 * placed.rms:.3f} mm per axis then"
+        findings.append(Diagnostic("DAT035", "info", message, placed.data.source))
     some = data.rows(good)
     some = replace(some, state=with_ordered_channels(known, some.state))
     findings += session_laws(model, data)
@@ -147,13 +149,6 @@ def _place(model: Model, seen: Measurements) -> Fit:
     return placed
 
 
-def _placed_finding(placed: Fit) -> Diagnostic:
-    """Return DAT035, which says how many rows placed the instrument and how well."""
-    rows = len(placed.data) - len(placed.excluded)
-    message = f"{rows} measured rows place the instrument anew; they are off by {1e3 * placed.rms:.3f} mm per axis then"
-    return Diagnostic("DAT035", "info", message, placed.data.source)
-
-
 def _sigma_placed(placed: Fit, state: State) -> Array:
     """Return (n,) standard deviation per axis [m] by the parameters of a model whose instrument was placed anew.
 
@@ -168,20 +163,16 @@ def _sigma_placed(placed: Fit, state: State) -> Array:
     known = read_uncertainty(model)
     if known is None:
         return np.full(len(state), np.nan)
-    S = full_covariance(known)
     names = (*known.parameters, *known.held)
     counted = derivatives(model, state.rows(slice(0, 1)), names, instrument=False)[2]
-    size, axes = np.linalg.eigh(S[np.ix_(counted, counted)])
-    factor = axes * np.sqrt(np.maximum(size, 0.0))
-    names = tuple(name for name, one in zip(names, counted, strict=True) if one)
-    measured = placed.problem.weights.used[:, :3].ravel()
-    at_rows = derivatives(model, seen, placed.parameters)[0].reshape(len(measured), -1)[measured]
-    inverse = np.linalg.pinv(at_rows)
-    taken = inverse @ (derivatives(model, seen, names)[0] @ factor).reshape(len(measured), -1)[measured]
-    by_frame = derivatives(model, state, placed.parameters)[0]
-    off = derivatives(model, state, names)[0] @ factor - by_frame @ taken
+    factor = covariance_factor(full_covariance(known)[np.ix_(counted, counted)])
+    names = (*placed.parameters, *(name for name, one in zip(names, counted, strict=True) if one))
+    measured, count = placed.problem.weights.used[:, :3], len(placed.parameters)
+    D, at_rows = derivatives(model, state, names)[0], derivatives(model, seen, names)[0][measured]
+    inverse = np.linalg.pinv(at_rows[:, :count])
+    off = (D[:, :, count:] - D[:, :, :count] @ (inverse @ at_rows[:, count:])) @ factor
     scatter = np.sqrt(placed.scatter_of_parameters) / float(np.mean(placed.problem.weights.values[:, :3]))
-    noise = scatter * by_frame @ inverse
+    noise = scatter * D[:, :, :count] @ inverse
     return np.asarray(np.sqrt((np.sum(off**2, axis=(1, 2)) + np.sum(noise**2, axis=(1, 2))) / 3))
 
 
@@ -216,7 +207,7 @@ def _left_out(model: Model, state: State, data: Measurements) -> Iterator[Diagno
 def _unknown_reflectors(model: Model, state: State, data: Measurements) -> Iterator[Diagnostic]:
     """Yield DAT021 for reflectors of which the model does not know where they are on the tool."""
     known, names = reflectors_known(model), dict.fromkeys(state.reflector_of_rows.tolist())
-    some = [*known[:1], *(name for name in names if name not in (*known, *data.references))]
+    some = [*[*known][:1], *(name for name in names if name not in (*known, *data.references))]
     if state.reflector is not None and (unknown := some[1:]):
         listed, many = joined([f"`{name}`" for name in unknown]), len(unknown) > 1
         message = f"the model does not know where {listed} {'are' if many else 'is'} on the tool: "

@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.channels.state import State
-from postproc.effects.asking import displacement_of
-from postproc.effects.roles import Role
+from postproc.estimation.problem import of_readings
 from postproc.estimation.solving.setups import setups_known
-from postproc.measure.kinds.base import UNKNOWNS
-from postproc.measure.kinds.observed import Observed, kind_of, observed, start_of
+from postproc.measure.kinds.base import UNKNOWNS, Readings
+from postproc.measure.kinds.observed import kind_of, observed, start_of
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
+from postproc.model.derivatives.sensitivity import grown_sensitivity
 from postproc.model.equilibrium import equilibrium
 from postproc.model.uncertainty import derivatives, read_uncertainty, sigma_parts
-from postproc.model.undetermined import full_covariance
+from postproc.model.undetermined import covariance_factor, full_covariance
 
 PLACING_STEPS = 8
 """Gauss-Newton steps in which the unknowns of a set-up are found."""
@@ -51,91 +52,60 @@ def predict_readings(model: Model, data: Measurements, state: State) -> Predicte
     single = [name for name in state.setup_names if kind_of(name).each == 1]
     if readings is None or not single:
         return None
-    balance = equilibrium(model, state)
-    point, names = balance.T_reference_tcp[:, :3, 3], state.setup_of_rows
-    unknown, known = np.zeros((len(state), UNKNOWNS)), setups_known(model)
-    for name, values in known.items():
-        unknown[names == name] = values
-    F, columns = _scatter(model, state)
-    turn = np.eye(3) if state.T_reference_base is None else state.T_reference_base[:, :3, :3]
-    value, parts = np.full(len(state), np.nan), np.full((len(state), 3), np.nan)
-    _, unexplained = sigma_parts(model, state)
+    balance, known = equilibrium(model, state), read_uncertainty(model)
+    unknown, placing = _placed(model, state, readings, balance.T_reference_tcp[:, :3, 3], single)
+    seen = observed(state, readings, balance.T_reference_tcp[:, :3, 3], unknown)
+    by_unknown, by_parameter, factor = seen.by_unknown[:, 0], np.zeros((len(state), 0)), np.zeros((0, 0))
+    if known is not None:
+        at = grown_sensitivity(model, state)
+        at = replace(at, matrix=of_readings(at, balance, seen, slice(None)))
+        by_parameter = derivatives(model, state, (*known.parameters, *known.held), at=at)[0][:, 0]
+        factor = covariance_factor(full_covariance(known))
     noise = np.zeros(len(state)) if data.sigma is None else np.nan_to_num(data.sigma)
-    for name in single:
-        rows = np.flatnonzero(names == name)
-        placing = rows[np.isfinite(readings.numbers[rows, 0])]
-        if name in known or not kind_of(name).lasting:
-            placing = placing[:0]
-        elif not len(placing) and kind_of(name).unknowns(readings.zero_open) == (False, False, True):
-            placing = rows[:1]
-        elif not len(placing):
-            continue
-        else:
-            unknown[rows] = start_of(state, readings, point, name)
-        seen = _placed(state, data, point, unknown, rows, placing)
-        G = np.einsum("mi,mij->mj", seen.by_point[rows, 0], (turn @ columns)[rows])
-        G += _by_setups(model, state.rows(rows), seen.by_unknown[rows, 0], G.shape[1])
-        own, error = np.diag(unexplained[rows] ** 2), np.diag(noise[rows] ** 2)
-        if len(placing):
-            at = np.isin(rows, placing)
-            take = seen.by_unknown[rows, 0] @ np.linalg.pinv(seen.by_unknown[placing, 0])
-            G = G - take @ G[at]
-            own = own + take @ own[np.ix_(at, at)] @ take.T
-            error = error + (
-                take @ error[np.ix_(at, at)] @ take.T if np.isfinite(readings.numbers[placing, 0]).all() else 0
-            )
+    variance = np.column_stack([sigma_parts(model, state)[1], noise]) ** 2
+    value, parts = np.full(len(state), np.nan), np.full((len(state), 3), np.nan)
+    for name, by in placing.items():
+        rows = np.flatnonzero(state.setup_of_rows == name)
+        G, spread, reading = by_parameter[rows], variance[rows], seen.value[rows, 0]
+        if len(by):
+            taken = by_unknown[rows] @ np.linalg.pinv(by_unknown[by])
+            G = G - taken @ by_parameter[by]
+            spread = spread + taken**2 @ variance[by] * [1.0, np.isfinite(readings.numbers[by, 0]).all()]
         if not kind_of(name).lasting:
-            sums = np.ones((len(rows), len(rows)))
-            G, own, error = sums @ G, sums @ own @ sums.T, sums @ error @ sums.T
-            seen.value[rows, 0] = np.sum(seen.value[rows, 0])
-        value[rows] = seen.value[rows, 0]
-        parts[rows] = np.sqrt(np.column_stack([np.sum((G @ F) ** 2, axis=1), np.diag(own), np.diag(error)]))
+            G, spread, reading = (np.sum(part, axis=0, keepdims=True) for part in (G, spread, reading))
+        value[rows] = reading
+        parts[rows] = np.sqrt(np.column_stack([np.sum((G @ factor) ** 2, axis=1), spread]))
     return PredictedReadings(value, parts)
 
 
-def _scatter(model: Model, state: State) -> tuple[Array, Array]:
-    """Return a factor (p, k) of the parameters' covariance, and the derivatives (n, 3, p) of the TCP, base axes.
-
-    Both are empty for a model that no fit made.
-    """
-    known = read_uncertainty(model)
-    if known is None:
-        return np.zeros((0, 0)), np.zeros((len(state), 3, 0))
-    size, axes = np.linalg.eigh(full_covariance(known))
-    bare = model.with_effects(*(e for e in model.effects if e.role is not Role.INSTRUMENT_FRAME))
-    return axes * np.sqrt(np.maximum(size, 0.0)), derivatives(bare, state, (*known.parameters, *known.held))[0]
-
-
-def _by_setups(model: Model, state: State, by_unknown: Array, count: int) -> Array:
-    """Return the derivatives (m, p) of readings by those parameters of the model that are unknowns of set-ups.
-
-    Args:
-        by_unknown: (m, 6) of the same readings; count: p.
-    """
-    result, known, effect = np.zeros((len(state), count)), read_uncertainty(model), model.in_role(Role.SETUPS)
-    if known is None or effect is None:
-        return result
-    for k, (key, i) in enumerate((*known.parameters, *known.held)):
-        if key == effect.key:
-            unit = np.zeros(len(effect.vector()))
-            unit[i] = 1.0
-            moved = displacement_of(effect.with_vector(unit), state).setup
-            result[:, k] = 0.0 if moved is None else np.sum(by_unknown * moved, axis=1)
-    return result
-
-
 def _placed(
-    state: State, data: Measurements, point: Array, unknown: Array, rows: NDArray[np.intp], placing: NDArray[np.intp]
-) -> Observed:
-    """Return what rows read once those in ``placing`` have placed their set-up; ``unknown`` (n, 6) is moved to it.
+    model: Model, state: State, readings: Readings, point: Array, setups: Sequence[str]
+) -> tuple[Array, dict[str, NDArray[np.intp]]]:
+    """Return the unknowns (n, 6) of the set-up of each row, and by which rows each set-up was placed, by its name.
+
+    These are none where the model knows the set-up, or no other reading shares its unknown. Set-ups that nothing places
+    have no entry.
 
     Args:
-        point: (n, 3) TCP [m]; rows, placing: indices of all rows of the set-up, and of those that tell of it.
+        point: (n, 3) TCP [m]; setups: names of those that count.
     """
-    assert data.readings is not None
-    numbers = np.nan_to_num(data.readings.numbers[placing, 0])
-    for _ in range(PLACING_STEPS if len(placing) else 0):
-        seen = observed(state, data.readings, point, unknown)
-        step = np.linalg.lstsq(seen.by_unknown[placing, 0], numbers - seen.value[placing, 0], rcond=1e-9)[0]
-        unknown[rows] += step
-    return observed(state, data.readings, point, unknown)
+    unknown, known = np.zeros((len(state), UNKNOWNS)), setups_known(model)
+    numbers, placing = readings.numbers[:, 0], dict[str, NDArray[np.intp]]()
+    for name in setups:
+        rows, kind = np.flatnonzero(state.setup_of_rows == name), kind_of(name)
+        if name in known or not kind.lasting:
+            unknown[rows], placing[name] = known.get(name, 0.0), rows[:0]
+            continue
+        by = rows[np.isfinite(numbers[rows])]
+        if len(by):
+            unknown[rows] = start_of(state, readings, point, name)
+        elif kind.unknowns(readings.zero_open) == (False, False, True):
+            by = rows[:1]
+        else:
+            continue
+        placing[name] = by
+        for _ in range(PLACING_STEPS):
+            seen = observed(state, readings, point, unknown)
+            missed = np.nan_to_num(numbers[by]) - seen.value[by, 0]
+            unknown[rows] += np.linalg.lstsq(seen.by_unknown[by, 0], missed, rcond=1e-9)[0]
+    return unknown, placing

@@ -79,4 +79,4 @@ def without(fit: Fit, keys: Iterable[str]) -> Fit:
         if further is problem or at.cost(problem) - fallen < (1 + MISSED) * aim:
             break
         problem, at = further, slope(further, free, set(), fit.strength)
-    return replace(fit, problem=problem, free=free, at_bound=(), **at.found)
+    return replace(fit, problem=problem, free=free, at_bound=(), **at.shared)

@@ -59,10 +59,8 @@ def align(
     """
     if fitted is not None and not fitted.all():
         part = align(T_base_flange[fitted], position[fitted], tool)
-        placed = (
-            part.T_instrument_base[:3, :3] @ (T_base_flange[:, :3, :3] @ part.tool + T_base_flange[:, :3, 3])[..., None]
-        )
-        return replace(part, residual=position - placed[..., 0] - part.T_instrument_base[:3, 3])
+        T = part.T_instrument_base @ T_base_flange
+        return replace(part, residual=position - T[:, :3, :3] @ part.tool - T[:, :3, 3])
     R, p, y = T_base_flange[:, :3, :3], T_base_flange[:, :3, 3], position
     p0, y0, n = p - np.median(p, axis=0), y - np.median(y, axis=0), len(p)
     spread = spread_of(y0)
@@ -86,12 +84,10 @@ def align(
     about = _about_a_point(R, p, y) if tool and (mirrored or abs(scale - 1) > SAME_SCALE) else None
     if about is not None:
         return about
-    if not 0.2 < scale < 5:
-        return Alignment(
-            np.eye(4), np.asarray(solution[12:], dtype=float), scale, mirrored, np.full((n, 3), np.nan), np.inf
-        )
-    rotation = (U @ np.diag([1, 1, np.linalg.det(U @ Vt)]) @ Vt).T
     point = np.asarray(solution[12:], dtype=float)
+    if not 0.2 < scale < 5:
+        return Alignment(np.eye(4), point, scale, mirrored, np.full((n, 3), np.nan), np.inf)
+    rotation = (U @ np.diag([1, 1, np.linalg.det(U @ Vt)]) @ Vt).T
     result = _refine(R if tool else np.zeros_like(R), p, y, rotation, point)
     return replace(result, scale=scale, mirrored=mirrored)
 
@@ -116,6 +112,13 @@ def linear_design(R: Array, y: Array, tool: bool) -> Array:
     return design
 
 
+def turning_point(R: Array, p: Array) -> tuple[Array, float]:
+    """Return the point c (3,) of flanges R, p that moves least, p + R c = s, and its median distance to s."""
+    turns = np.concatenate([R, np.broadcast_to(-np.eye(3), R.shape)], axis=2)
+    both, *_ = np.linalg.lstsq(turns.reshape(-1, 6), -p.ravel(), rcond=1e-9)
+    return both[:3], float(np.median(np.linalg.norm(p + turns @ both, axis=1)))
+
+
 def _about_a_point(R: Array, p: Array, y: Array) -> Alignment | None:
     """Return the alignment where flanges turn about one fixed point of theirs (single-point measurements), else None.
 
@@ -125,16 +128,14 @@ def _about_a_point(R: Array, p: Array, y: Array) -> Alignment | None:
     Args:
         R: (n, 3, 3) and p: (n, 3) [m] of the flange; y: (n, 3) measured points [m].
     """
-    n = len(p)
-    turns = np.concatenate([R, np.broadcast_to(-np.eye(3), (n, 3, 3))], axis=2)
-    centre, *_ = np.linalg.lstsq(turns.reshape(-1, 6), -p.ravel(), rcond=1e-9)
+    n, (centre, off) = len(p), turning_point(R, p)
     near = FLAT * float(np.median(np.linalg.norm(y - np.median(y, axis=0), axis=1)))
-    if np.median(np.linalg.norm(p + turns @ centre, axis=1)) > near:
+    if off > near:
         return None
     products, *_ = np.linalg.lstsq(np.hstack([R.reshape(n, 9), np.ones((n, 1))]), y, rcond=1e-9)
     turn = np.linalg.svd(products[:9].T.reshape(9, 3), full_matrices=False)[0][:, 0]
     U, _, Vt = np.linalg.svd(turn.reshape(3, 3))
-    result = _refine(R, p, y, np.linalg.det(U @ Vt) * U @ Vt, centre[:3])
+    result = _refine(R, p, y, np.linalg.det(U @ Vt) * U @ Vt, centre)
     return result if result.typical < near else None
 
 

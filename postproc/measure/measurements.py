@@ -18,9 +18,9 @@ from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.measure.kinds.base import Readings
 from postproc.measure.observations import Observation, observations
 
-ROWS = ("position", "T_frame_object", "rotation", "joint", "sigma")
+OF_ROWS = ("position", "T_frame_object", "rotation", "joint", "sigma")
 """Arrays of measurements that have a row for each."""
-TOUCHED = re.compile(rb"^# touched-up program: .* sha256 ([0-9a-f]{64})\s*$", re.MULTILINE)
+TOUCHED_LINE = re.compile(rb"^# touched-up program: .* sha256 ([0-9a-f]{64})\s*$", re.MULTILINE)
 """Line of a table that names a program whose touch-ups it holds."""
 FEWEST_SETUPS = 3
 """Set-ups from which on one of them can be left out: fewer determine nothing of the arm without it."""
@@ -102,7 +102,7 @@ class Measurements:
     @property
     def touched_programs(self) -> tuple[str, ...]:
         """Hashes (SHA-256) of the touched-up programs that the tables name in their first lines."""
-        return tuple(m.decode() for source in self.sources for m in TOUCHED.findall(source.data))
+        return tuple(m.decode() for source in self.sources for m in TOUCHED_LINE.findall(source.data))
 
     @cached_property
     def usable(self) -> NDArray[np.bool_]:
@@ -161,7 +161,7 @@ class Measurements:
     def rows(self, index: NDArray[Any] | Sequence[int]) -> Measurements:
         """Return the rows of an index, slice or mask, in that order."""
         picked = np.arange(len(self))[np.asarray(index)]
-        some: dict[str, Any] = {name: getattr(self, name) for name in ROWS}
+        some: dict[str, Any] = {name: getattr(self, name) for name in OF_ROWS}
         some = {name: values if values is None else values[picked] for name, values in some.items()}
         some["readings"] = None if self.readings is None else self.readings.rows(picked)
         for name in ("pose_id", "row", "line", "file"):
@@ -186,11 +186,10 @@ class Measurements:
         clock = state.time if state.time is not None else state.channels.get("row") if self.counted else None
         session = self._sessions(clock)
         q = np.round(state.q, 9) + 0.0
-        mixed = [blake2b(row.tobytes(), digest_size=8).digest() for row in q]
+        mixed = np.array([blake2b(row.tobytes(), digest_size=8).digest() for row in q])
         tie_breakers = np.nan_to_num(np.column_stack([q, self._tie_breakers()]), nan=-1e9)
-        if clock is not None:
-            return np.lexsort((*tie_breakers.T, clock, session))
-        return np.lexsort((*tie_breakers.T, np.unique(np.array(mixed), return_inverse=True)[1], session))
+        first = np.unique(mixed, return_inverse=True)[1] if clock is None else clock
+        return np.lexsort((*tie_breakers.T, first, session))
 
     def _sessions(self, clock: Array | None) -> NDArray[np.int_]:
         """Return (n,) rank of the session of each row: by file, then by its first time, then by its name."""
@@ -219,7 +218,7 @@ class Measurements:
         return self if (np.diff(order) > 0).all() else self.rows(order)
 
     @cached_property
-    def left_out_together(self) -> NDArray[np.int_]:
+    def fold_group(self) -> NDArray[np.int_]:
         """(n,) number of the group of rows that a cross-validation fold leaves out whole: repeats of a pose, set-ups.
 
         Set-ups are left out whole where there are `FEWEST_SETUPS` or more, or where two rows are all that they have:
@@ -230,20 +229,17 @@ class Measurements:
             return self.repeats
         setup = np.asarray(state.setup, dtype=int)
         rows = np.bincount(setup[setup >= 0], minlength=len(state.setup_names))
-        whole = (rows <= 2) | (np.sum(rows > 0) >= FEWEST_SETUPS)
-        return np.where((setup >= 0) & whole[setup], self.repeats.max() + 1 + setup, self.repeats)
+        together = (rows <= 2) | (np.sum(rows > 0) >= FEWEST_SETUPS)
+        return np.where((setup >= 0) & together[setup], self.repeats.max() + 1 + setup, self.repeats)
 
     @cached_property
     def step(self) -> float:
         """Step [rad] of which all joint angles are multiples, 1 to 1e-4 of a degree or radian by tens; 0 for none."""
         if len(self) < FEWEST_ROWS_JUDGED or not np.isfinite(self.state.q).all():
             return 0.0
-        for place in np.geomspace(1.0, 1e-4, 5):
-            for unit in (np.radians(place), place):
-                steps = self.state.q / unit
-                if np.abs(steps - np.round(steps)).max() < 1e-6:
-                    return float(unit)
-        return 0.0
+        q, places = self.state.q, np.geomspace(1.0, 1e-4, 5)
+        units = (float(unit) for place in places for unit in (np.radians(place), place))
+        return next((unit for unit in units if np.abs(q / unit - np.round(q / unit)).max() < 1e-6), 0.0)
 
     @cached_property
     def repeats(self) -> NDArray[np.int_]:
@@ -262,8 +258,6 @@ class Measurements:
         stacked = np.nan_to_num(np.hstack(parts), nan=-1e9)
         labels = self.pose_id or tuple(str(i) for i in range(len(self)))
         sessions = np.zeros(len(self)) if self.state.session is None else self.state.session
-        groups = np.empty(len(self), dtype=int)
-        for i in range(len(self)):
-            key = (labels[i], int(sessions[i]), stacked[i].tobytes())
-            groups[i] = keys.setdefault(key, len(keys))
-        return groups
+        rows = zip(labels, sessions.tolist(), stacked, strict=True)
+        groups = [keys.setdefault((label, session, row.tobytes()), len(keys)) for label, session, row in rows]
+        return np.array(groups, dtype=int)

@@ -109,10 +109,8 @@ def with_motion(state: State, source: Source) -> tuple[State, list[Diagnostic]]:
     back = np.argsort(order)
     rate = 1 / float(np.median(np.diff(time)[joined]))
     what = " and ".join([*([", ".join(lacking[:-1])] if lacking[1:] else []), lacking[-1]])
-    message = (
-        f"{int(known.sum())} of {len(q)} rows are a record of the moving arm ({rate:.3g} rows a second): "
-        f"{what} are derived from `time_s` and the angles"
-    )
+    message = f"{int(known.sum())} of {len(q)} rows are a record of the moving arm ({rate:.3g} rows a second): "
+    message += f"{what} are derived from `time_s` and the angles"
     message += f"; the clock begins anew {restarts} times and goes on" if restarts else ""
     message += "; it counts the rows, for which its stamps are coarse" if counted else ""
     help_ = "columns v1_deg_s .. and a1_deg_s2 .. from the controller are better, where it records them"

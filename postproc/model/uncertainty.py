@@ -18,7 +18,7 @@ from postproc.channels.state import State
 from postproc.effects.asking import displacement_of
 from postproc.model.arm import Model, as_written
 from postproc.model.derivatives.places import BATCH, PLACES, displacement_parts, flat
-from postproc.model.derivatives.sensitivity import grown_sensitivity
+from postproc.model.derivatives.sensitivity import Sensitivity, grown_sensitivity
 from postproc.model.equilibrium import predict
 from postproc.model.field import Field
 
@@ -241,19 +241,24 @@ def _half_steps(model: Model, state: State) -> Iterator[Array]:
 
 
 def derivatives(
-    model: Model, state: State, parameters: Sequence[tuple[str, int]], instrument: bool = True
+    model: Model,
+    state: State,
+    parameters: Sequence[tuple[str, int]],
+    instrument: bool = True,
+    at: Sensitivity | None = None,
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Return the derivatives of the predicted position by parameters, and what a limited function leaves out.
 
     Args:
         parameters: (effect key, index in its vector) of the p parameters.
         instrument: whether parameters of the instrument's frame count, and those that only move the base as a whole.
+        at: sensitivity of other numbers (n, 3) than the position; None for that.
 
     Returns:
         Derivatives (n, 3, p); distance (n, 3) [m] between the position by functions without the limits of their fitted
         range and the predicted one; mask (p,) of the parameters that count.
     """
-    at = grown_sensitivity(model, state)
+    at = grown_sensitivity(model, state) if at is None else at
     columns = np.zeros((len(state), 3, len(parameters)))
     missed, counted = np.zeros((len(state), 3)), np.ones(len(parameters), dtype=bool)
     base = set() if instrument else set(model.fit.get("base", ()))

@@ -227,7 +227,7 @@ def test_better_is_what_predicts_better_in_most_regions():
 @pytest.mark.parametrize(("worse", "better"), [(0, True), (1, True), (4, False)])
 def test_a_region_that_gains_far_more_than_the_others_is_no_doubt(worse, better):
     q = np.random.default_rng(3).uniform(-1, 1, (100, 6))
-    data = SimpleNamespace(repeats=np.arange(100), left_out_together=np.arange(100), state=SimpleNamespace(q=q))
+    data = SimpleNamespace(repeats=np.arange(100), fold_group=np.arange(100), state=SimpleNamespace(q=q))
     blocks = neighbouring_blocks(data.repeats, q)
     before = 1.0 + 9.0 * (blocks == 9)[:, None] * np.ones((100, 3))
     after = before * np.select([blocks < worse, blocks == 9], [1.02, 0.1], 0.95)[:, None]

@@ -8,7 +8,7 @@ import pytest
 from postproc.channels.state import State
 from postproc.diagnostics import PostprocError, Source
 from postproc.measure.kinds.base import Readings
-from postproc.measure.kinds.observed import KINDS, kind_of, observed, start_of
+from postproc.measure.kinds.observed import READING_KINDS, kind_of, observed, start_of
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.table import read_measurements
 from postproc.measure.read.together import read_tables
@@ -150,7 +150,7 @@ def test_a_row_reads_what_its_columns_say() -> None:
     np.testing.assert_allclose(data.readings.direction[3], [0, 0, 1])
     assert data.readings.zero_open
     assert data.sigma is not None
-    np.testing.assert_allclose(data.sigma[:3], [k.noise for k in KINDS[:3]])
+    np.testing.assert_allclose(data.sigma[:3], [k.noise for k in READING_KINDS[:3]])
     assert not np.isfinite(data.position).any()
     assert data.usable.all()
 
@@ -208,6 +208,6 @@ def test_a_scale_is_no_better_than_its_steps_and_repeats_tell_its_noise() -> Non
 
 def test_set_ups_are_left_out_whole_where_others_tell_the_arm() -> None:
     few = table("plane", *["a"] * 6, *["b"] * 6)
-    assert len(np.unique(few.left_out_together)) == 12
+    assert len(np.unique(few.fold_group)) == 12
     many = table("plane", *["a"] * 4, *["b"] * 4, *["c"] * 4)
-    assert len(np.unique(many.left_out_together)) == 3
+    assert len(np.unique(many.fold_group)) == 3

@@ -233,9 +233,8 @@ class ChannelCurve(
             message = f"`numbers` of `curve` has {len(table.get('numbers', cls.numbers))} numbers"
             return [FieldProblem("EFF022", "numbers", message, f"its functions have {count}")]
         if len(table.get("gap", table.get("numbers", cls.numbers))) != count:
-            return [
-                FieldProblem("EFF022", "gap", "`gap` of `curve` has another length than `numbers`", "0 for no edge")
-            ]
+            message = "`gap` of `curve` has another length than `numbers`"
+            return [FieldProblem("EFF022", "gap", message, "0 for no edge")]
         return typed(table)
 
 

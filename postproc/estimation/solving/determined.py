@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
+from postproc.effects.asking import of_parameters
 from postproc.effects.base import Effect
-from postproc.estimation.priors import may_be_anywhere, prior_of
+from postproc.estimation.priors import may_be_anywhere, prior_at
 from postproc.estimation.problem import Problem
 from postproc.estimation.solving.step import Masks, Name, Slope, sizes
 
@@ -60,17 +61,8 @@ def slope(
     stacked = kept[0] if len(kept) == 1 else np.hstack(kept) if kept else basis
     penalty = _penalty(problem, parameters, strength)
     weak, centre = _pulls(problem, parameters)
-    anchor = np.hypot(penalty, weak)
-    return Slope(
-        stacked,
-        tuple(parameters),
-        tuple(unidentifiable),
-        penalty,
-        anchor,
-        centre,
-        problem.weights,
-        problem.few,
-    )
+    determined = stacked, tuple(parameters), tuple(unidentifiable)
+    return Slope(*determined, penalty, np.hypot(penalty, weak), centre, problem.weights, problem.few)
 
 
 def _determined(columns: Array, ordinary: Array, basis: Array, prior: bool) -> tuple[NDArray[np.bool_], Array]:
@@ -102,12 +94,13 @@ def _penalty(problem: Problem, parameters: list[Name], strength: Mapping[str, fl
     Args:
         strength: of the penalty, by effect key.
     """
-    weights = {}
-    for effect in problem.model.effects:
+
+    def weight(effect: Effect) -> Array:
+        """Return those of one effect."""
         rough = effect.roughness()
-        if rough is not None:
-            weights[effect.key] = strength.get(effect.key, 0.01) * rough / effect.scale()
-    return np.array([weights[key][i] if key in weights else 0.0 for key, i in parameters])
+        return 0.0 * effect.scale() if rough is None else strength.get(effect.key, 0.01) * rough / effect.scale()
+
+    return of_parameters(problem.model.effects, parameters, weight)
 
 
 def _pulls(problem: Problem, parameters: list[Name]) -> tuple[Array, Array]:
@@ -116,21 +109,15 @@ def _pulls(problem: Problem, parameters: list[Name]) -> tuple[Array, Array]:
     It is weak and goes to null (`pull`), but for readings without a tracker: these are few, say little of many
     parameters, and are fitted together with the priors.
     """
+    effects = problem.model.effects
     if not problem.few:
-        every = {e.key: pull(problem, e) for e in problem.model.effects}
-        return np.array([every[key][i] for key, i in parameters]), np.zeros(len(parameters))
-    weight, centre = dict[str, Array](), dict[str, Array]()
-    for effect in problem.model.effects:
-        # About null: where a step has led makes no size ordinary.
-        prior, free = (
-            prior_of(effect.with_vector(effect.null_vector()), problem.model),
-            effect.key in problem.anywhere or effect.roughness() is not None,
-        )
-        deviation = prior.deviation()
-        known = np.isfinite(deviation) & (deviation > 0) & ~free
-        weight[effect.key] = np.where(known, 1.0 / np.where(known, deviation, 1.0), 0.0)
-        centre[effect.key] = np.where(known, prior.value, 0.0)
-    return np.array([weight[key][i] for key, i in parameters]), np.array([centre[key][i] for key, i in parameters])
+        return of_parameters(effects, parameters, lambda e: pull(problem, e)), np.zeros(len(parameters))
+    # About null: where a step has led makes no size ordinary.
+    prior = prior_at(problem.model, [e.with_vector(e.null_vector()) for e in effects], parameters)
+    free = problem.anywhere | {e.key for e in effects if e.roughness() is not None}
+    deviation, pulled = prior.deviation(), np.array([key not in free for key, _ in parameters], dtype=bool)
+    known = np.isfinite(deviation) & (deviation > 0) & pulled
+    return np.where(known, 1.0 / np.where(known, deviation, 1.0), 0.0), np.where(known, prior.value, 0.0)
 
 
 def pull(problem: Problem, effect: Effect) -> Array:

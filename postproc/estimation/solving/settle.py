@@ -6,21 +6,22 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.arrays import Array
+from postproc.effects.asking import of_parameters, with_parameters
 from postproc.effects.base import Effect
 from postproc.effects.roles import Role
 from postproc.effects.similarity import ordinary_sizes
 from postproc.estimation.fitted import Fit
-from postproc.estimation.posterior import yielding
-from postproc.estimation.priors import is_placed, prior_of
+from postproc.estimation.priors import Prior, is_placed, prior_at
 from postproc.estimation.solving.determined import slope
 from postproc.model.arm import StatedPrior
 
-CLEARLY = 50.0
+LIKELIER = 50.0
 """Twice the logarithm of the odds by which another size must be likelier than the ordinary one, times the number of the
 parameters of a kind: few numbers say little of their size."""
-SIZES = (0.3, 0.1)
+SIZE_FACTORS = (0.3, 0.1)
 """Factors of the ordinary sizes that an arm may have: some are calibrated well."""
 SETTLE_PASSES = 4
 SETTLED_CHANGE = 0.02
@@ -35,18 +36,15 @@ def settled(fit: Fit) -> Fit:
     for _ in range(SETTLE_PASSES):
         after = fit.posterior
         names = (*after.names, *after.unidentifiable)
-        vectors = {e.key: e.vector().copy() for e in fit.model.effects}
-        before = np.array([vectors[key][i] for key, i in names])
-        for (key, i), x in zip(names, after.mean, strict=True):
-            vectors[key][i] = x
-        effects = [e.with_vector(np.clip(vectors[e.key], *e.bounds())) for e in fit.model.effects]
+        before = of_parameters(fit.model.effects, names)
+        effects = with_parameters(fit.model.effects, names, after.mean)
         problem = fit.problem.at(effects)
         ends = {e.key: np.any(e.vector() == np.stack(e.bounds()), axis=0) for e in effects}
         stopped = {(key, i) for key, i in fit.at_bound if ends[key][i]}
         at = slope(problem, fit.free, stopped, fit.strength, fit.parameters)
         moved = np.abs(after.mean - before) / np.maximum(after.deviations, 1e-300)
         bound = tuple(sorted(stopped))
-        fit = replace(fit, problem=problem, at_bound=bound, **at.found)
+        fit = replace(fit, problem=problem, at_bound=bound, **at.shared)
         if not (moved > SETTLED_CHANGE).any():
             break
     pull, centre = _pulled(fit)
@@ -54,7 +52,7 @@ def settled(fit: Fit) -> Fit:
 
 
 def settled_by_size(fit: Fit) -> Fit:
-    """Return the fit settled with the ordinary sizes of each parameter times one of `SIZES`, the likeliest one by one.
+    """Return the fit settled with the ordinary sizes of each parameter times factors, the likeliest one by one.
 
     Few and noisy rows tell little of each joint's zero, and more of how large the zeros of this arm are together: an
     arm that hardly needs them is not given the noise of the rows for them (empirical Bayes, MacKay 1992). With residual
@@ -65,9 +63,9 @@ def settled_by_size(fit: Fit) -> Fit:
     scatter, sizes = best.scatter_of_parameters, dict[str, float]()
     kinds = [(e, part) for e in fit.model.effects if _has_size(e) for part in e.parameters()]
     for name, count in [(f"{e.key}.{part}", np.prod(e.shape(part))) for e, part in kinds]:
-        for size in SIZES:
+        for size in SIZE_FACTORS:
             trial = settled(_with_sizes(fit, {**sizes, name: size}))
-            if _log_marginal(trial, scatter) > _log_marginal(best, scatter) + CLEARLY / count:
+            if _log_marginal(trial, scatter) > _log_marginal(best, scatter) + LIKELIER / count:
                 best, sizes[name] = trial, size
     return best
 
@@ -81,12 +79,10 @@ def _with_sizes(fit: Fit, sizes: Mapping[str, float]) -> Fit:
     """Return the fit with ordinary sizes of parameters times factors, by name, as the priors that its model states."""
     model = fit.model
     stated = {
-        f"{e.key}.{name}": StatedPrior(0.0, size * ordinary, f"ordinary size times {size:g}, chosen by the rows")
+        f"{e.key}.{name}": StatedPrior(0.0, size * float(ordinary), f"ordinary size times {size:g}, chosen by the rows")
         for e in model.effects
         if _has_size(e)
-        for name, amplitude, ordinary in zip(
-            e.names(), e.amplitudes(), ordinary_sizes(e, model.robot).tolist(), strict=True
-        )
+        for name, amplitude, ordinary in zip(e.names(), e.amplitudes(), ordinary_sizes(e, model.robot), strict=True)
         if amplitude and (size := sizes.get(f"{e.key}.{name.partition('[')[0]}", 1.0))
     }
     return replace(fit, problem=replace(fit.problem, model=replace(model, priors={**stated, **model.priors})))
@@ -98,17 +94,18 @@ def _log_marginal(fit: Fit, scatter: float) -> float:
     Args:
         scatter: s^2.
     """
-    priors, x = {e.key: prior_of(e, fit.model) for e in fit.model.effects}, {e.key: e for e in fit.model.effects}
-    deviation, off = np.ones(len(fit.parameters)), np.zeros(len(fit.parameters))
-    for k, (key, i) in enumerate(fit.parameters):
-        prior, value = priors[key], float(x[key].vector()[i])
-        if key not in fit.problem.anywhere:
-            log = bool(prior.log[i] and value > 0)
-            deviation[k] = prior.spread[i] * (value if log else 1.0)
-            off[k] = (np.log(value / prior.value[i]) if log else value - prior.value[i]) / prior.spread[i]
-    columns = fit.columns * deviation
+    prior, x, log = _priors(fit)
+    known = np.array([key not in fit.problem.anywhere for key, _ in fit.parameters], dtype=bool)
+    columns = fit.columns * np.where(known, prior.spread * np.where(log, x, 1.0), 1.0)
+    off = np.where(known, prior.off(x) / prior.spread, 0.0)
     information = np.linalg.slogdet(np.eye(len(off)) + columns.T @ columns / scatter)[1]
     return -float(np.sum(fit.problem.residual**2) / scatter + off @ off + information)
+
+
+def _priors(fit: Fit) -> tuple[Prior, Array, NDArray[np.bool_]]:
+    """Return the prior of the fitted parameters, their values (p,), and which of them count with their logarithms."""
+    prior, x = prior_at(fit.model, fit.model.effects, fit.parameters), of_parameters(fit.model.effects, fit.parameters)
+    return prior, x, prior.log & (x > 0)
 
 
 def _pulled(fit: Fit) -> tuple[Array, Array]:
@@ -117,17 +114,9 @@ def _pulled(fit: Fit) -> tuple[Array, Array]:
     The prior of a logarithm, (ln x - ln m) / S, is taken along its tangent at x: weight 1 / (x S), centre
     x - x ln(x / m).
     """
-    priors = {e.key: prior_of(e, fit.model) for e in fit.model.effects}
+    prior, x, log = _priors(fit)
     free = fit.problem.anywhere | {e.key for e in fit.model.effects if e.roughness() is not None}
-    pull, centre = np.zeros(len(fit.parameters)), np.zeros(len(fit.parameters))
-    vectors = {e.key: e.vector() for e in fit.model.effects}
-    for k, (key, i) in enumerate(fit.parameters):
-        if key in free:
-            continue
-        x, prior = vectors[key][i], priors[key]
-        log = bool(prior.log[i] and x > 0)
-        off = np.log(x / prior.value[i]) if log else x - prior.value[i]
-        unit, centre[k] = (x, x - x * off) if log else (1.0, prior.value[i])
-        weight = yielding(np.array([off]), prior.spread[i : i + 1], np.array([log]))[0]
-        pull[k] = np.sqrt(fit.scatter_of_parameters * weight) / unit
-    return pull, centre
+    pulled = np.array([key not in free for key, _ in fit.parameters], dtype=bool)
+    pull = np.sqrt(fit.scatter_of_parameters * prior.weight(x)) / np.where(log, x, 1.0)
+    centre = np.where(log, x - x * prior.off(x), prior.value)
+    return np.where(pulled, pull, 0.0), np.where(pulled, centre, 0.0)

@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.channels.state import State
+from postproc.effects.asking import displacement_of
 from postproc.effects.base import Effect
 from postproc.effects.registry import effect_in_role
 from postproc.effects.roles import Role
 from postproc.estimation.problem import Problem
-from postproc.measure.kinds.base import POINT, TILT, ZERO, unknown
+from postproc.measure.kinds.base import POINT, TILT, ZERO
 from postproc.measure.kinds.observed import kind_of, start_of
 from postproc.model.arm import Model
 
@@ -19,12 +21,11 @@ def setups_known(model: Model) -> dict[str, Array]:
     effect = model.in_role(Role.SETUPS)
     if effect is None:
         return {}
-    every = vars(effect)
-    places = {name: unknown() for part in ("point", "plane", "zero") for name in every[part]}
-    for part, at, values in (("point", POINT, "point_m"), ("plane", TILT, "tilt_rad"), ("zero", ZERO, "zero_m")):
-        for name, value in zip(every[part], every[values], strict=True):
-            places[name][at] = value
-    return places
+    names = tuple(dict.fromkeys(name for part in ("point", "plane", "zero") for name in vars(effect)[part]))
+    each = State(np.zeros((len(names), 6)), setup=np.array(range(len(names))), setup_names=names)
+    places = displacement_of(effect, each).setup
+    assert places is not None
+    return dict(zip(names, places, strict=True))
 
 
 def with_setups(problem: Problem) -> Problem:
@@ -36,12 +37,18 @@ def with_setups(problem: Problem) -> Problem:
         return problem
     point = problem.equilibrium.T_reference_tcp[:, :3, 3]
     known |= {name: start_of(data.state, data.readings, point, name) for name in new}
-    effects = [e for e in problem.model.effects if e.role is not Role.SETUPS]
-    # Behind the frames of the instrument: what does the same as they (joint 1) is not fitted.
-    at = max(
-        (k + 1 for k, e in enumerate(effects) if e.role in (Role.INSTRUMENT_FRAME, Role.SESSION_FRAMES)), default=0
-    )
-    return problem.at([*effects[:at], _effect(known, data.readings.zero_open), *effects[at:]])
+    effect = _effect(known, data.readings.zero_open)
+    return behind(problem, effect, Role.INSTRUMENT_FRAME, Role.SESSION_FRAMES)
+
+
+def behind(problem: Problem, new: Effect, *roles: Role) -> Problem:
+    """Return the problem with an effect in place of that of its role, behind effects of some roles.
+
+    What does the same as an earlier effect is not fitted: joint 1 turns as an instrument does, joint 6 as a tool does.
+    """
+    effects = [e for e in problem.model.effects if e.role is not new.role]
+    at = max((k + 1 for k, e in enumerate(effects) if e.role in roles), default=0)
+    return problem.at([*effects[:at], new, *effects[at:]])
 
 
 def lasting(model: Model) -> tuple[Model, dict[int, int]]:

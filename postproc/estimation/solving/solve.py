@@ -114,9 +114,8 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
     # Screening looks for directions in addition to these columns: they must be those of the very place.
     if at is None or place is not problem or stopped.intersection(at.parameters):
         at = sloped(stopped)
-    bound = tuple(sorted(stopped))
-    strength = dict(terms.strength)
-    return Fit(problem, terms.free, at_bound=bound, noise=noise, excluded=excluded, strength=strength, **at.found)
+    same = {"noise": noise, "excluded": excluded, "strength": terms.strength, **at.shared}
+    return Fit(problem, terms.free, at_bound=tuple(sorted(stopped)), **same)
 
 
 def _blocking(at: Slope, stopped: set[Name], slope_without: Callable[[set[Name]], Slope]) -> set[Name]:

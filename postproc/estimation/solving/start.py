@@ -5,6 +5,8 @@ Closed form, no guess from the user.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
@@ -15,7 +17,7 @@ from postproc.effects.base import Effect
 from postproc.effects.registry import effect_in_role
 from postproc.effects.roles import Role
 from postproc.estimation.problem import Problem
-from postproc.estimation.solving.setups import with_setups
+from postproc.estimation.solving.setups import behind, with_setups
 from postproc.measure.alignment import Alignment, align
 from postproc.measure.checks.readings import CLEARER, SUSPICIOUS_M, PlacedArm
 from postproc.measure.consensus import largest, reflector_points, sessions_of
@@ -49,24 +51,24 @@ def _start_frames(problem: Problem) -> Problem:
     begun = _placed(problem, np.asarray(rows & ~np.isin(session, list(moved))))
     frame = begun.model.in_role(Role.INSTRUMENT_FRAME)
     assert frame is not None
-    known = begun.model.in_role(Role.SESSION_FRAMES)
-    steps: dict[str, Array] = {}
-    if known is not None:
-        names = vars(known)["session"]
-        steps = dict(zip(names, np.hstack(list(known.vector().reshape(2, len(names), 3))), strict=True))
+    steps = _places_by_session(begun.model, Role.SESSION_FRAMES)
     steps |= {name: _vector(place) - frame.vector() for name, place in moved.items()}
-    step = np.array(list(steps.values()))
-    frames = effect_in_role(Role.SESSION_FRAMES).null(session=tuple(steps))
-    frames = frames.with_vector(np.concatenate([step[:, :3].ravel(), step[:, 3:].ravel()]))
+    frames = _frames_of_sessions(Role.SESSION_FRAMES, steps)
     others = [e for e in begun.model.effects if e.role not in (Role.INSTRUMENT_FRAME, Role.SESSION_FRAMES)]
     # Frames come first: what does the same as they (joint 1) is not fitted.
     return begun.at([frame, frames, *others])
 
 
-def reflectors_known(model: Model) -> tuple[str, ...]:
-    """Return the names of the reflectors whose points on the tool a model has, first that of the tool frame."""
+def reflectors_known(model: Model) -> dict[str, Array]:
+    """Return the points (3,) [m] of the reflectors on the tool that a model has, by name, first that of the tool frame.
+
+    They count from that one.
+    """
     points = model.in_role(Role.REFLECTOR_POINTS)
-    return () if points is None or points.is_null else (*vars(points)["first"], *vars(points)["reflector"])
+    if points is None or points.is_null:
+        return {}
+    names = (*vars(points)["first"], *vars(points)["reflector"])
+    return dict(zip(names, [np.zeros(3), *points.vector().reshape(-1, 3)], strict=True))
 
 
 def _with_reflectors(problem: Problem) -> Problem:
@@ -78,19 +80,14 @@ def _with_reflectors(problem: Problem) -> Problem:
     if data.state.reflector is None or len(unknown) < (1 if known else 2):
         return problem
     fitted = reflector_points(_nominal_tool(problem)[rows], data.position[rows], names[rows], sessions_of(data)[rows])
-    places = {}
-    if known:
-        points = model.in_role(Role.REFLECTOR_POINTS)
-        assert points is not None
-        places = dict(zip(known, [np.zeros(3), *points.vector().reshape(-1, 3)], strict=True))
     common = next((name for name in known if name in fitted), largest(names[rows]))
-    shift = places.get(common, np.zeros(3)) - fitted[common]
-    places = {name: point + shift for name, point in fitted.items()} | places
-    first = known[0] if known else common
+    shift = known.get(common, np.zeros(3)) - fitted[common]
+    places = {name: point + shift for name, point in fitted.items()} | known
+    first = next(iter(known), common)
     others = [name for name in places if name != first]
     new = effect_in_role(Role.REFLECTOR_POINTS).null(first=(first,), reflector=tuple(others))
     new = new.with_vector(np.concatenate([places[name] for name in others]))
-    return _behind_frames(problem, new)
+    return behind(problem, new, Role.INSTRUMENT_FRAME, Role.TOOL_FRAME)
 
 
 def _with_work_objects(problem: Problem) -> Problem:
@@ -102,28 +99,28 @@ def _with_work_objects(problem: Problem) -> Problem:
     if data.T_frame_object is None or data.state.session is None:
         return problem
     stated, session = np.isfinite(data.T_frame_object).all(axis=(1, 2)), data.state.session_of_rows
-    known = model.in_role(Role.WORK_OBJECTS)
-    before = () if known is None else vars(known)["session"]
+    places = _places_by_session(model, Role.WORK_OBJECTS)
     free = np.isfinite(data.position).all(axis=1) & ~stated
     first = None if free.any() else largest(session[stated])
-    new = [name for name in dict.fromkeys(session[stated].tolist()) if name != first and name not in before]
+    new = [name for name in dict.fromkeys(session[stated].tolist()) if name != first and name not in places]
     if not new:
         return problem
-    places = np.zeros((2, len(before) + len(new), 3))
-    if known is not None:
-        places[:, : len(before)] = known.vector().reshape(2, -1, 3)
-    placed = effect_in_role(Role.WORK_OBJECTS).null(session=(*before, *new)).with_vector(places.ravel())
-    return _behind_frames(problem, placed)
+    placed = _frames_of_sessions(Role.WORK_OBJECTS, places | dict.fromkeys(new, np.zeros(6)))
+    return behind(problem, placed, Role.INSTRUMENT_FRAME, Role.TOOL_FRAME)
 
 
-def _behind_frames(problem: Problem, new: Effect) -> Problem:
-    """Return the problem with an effect in place of that of its role, behind the frames.
+def _places_by_session(model: Model, role: Role) -> dict[str, Array]:
+    """Return the translation [m] and rotation vector [rad] (6,) of each session that an effect of a role lists."""
+    effect = model.in_role(role)
+    if effect is None:
+        return {}
+    return dict(zip(vars(effect)["session"], np.hstack([*effect.vector().reshape(2, -1, 3)]), strict=True))
 
-    What does the same as an earlier effect is not fitted: joint 6 turns as the points on a tool do.
-    """
-    effects = [e for e in problem.model.effects if e.role is not new.role]
-    at = max((k + 1 for k, e in enumerate(effects) if e.is_frame), default=0)
-    return problem.at([*effects[:at], new, *effects[at:]])
+
+def _frames_of_sessions(role: Role, places: Mapping[str, Array]) -> Effect:
+    """Return the effect of a role with the places (6,) of sessions, by name; the inverse of `_places_by_session`."""
+    parts = np.array([*places.values()]).reshape(-1, 2, 3)
+    return effect_in_role(role).null(session=tuple(places)).with_vector(np.swapaxes(parts, 0, 1).ravel())
 
 
 def _nominal_tool(problem: Problem) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
+from postproc.effects.asking import of_parameters, with_parameters
 from postproc.effects.base import Effect
 from postproc.effects.similarity import ordinary_sizes
 from postproc.estimation.linear import MANY_COLUMNS
@@ -51,7 +52,7 @@ class Slope:
     damping: float = 0.0
 
     @property
-    def found(self) -> dict[str, Any]:
+    def shared(self) -> dict[str, Any]:
         """What a `Solution` at this point has of the slope; priors that took part do so without some of the rows."""
         pull = np.where(self.penalty > 0, 0.0, self.anchor) if self.prior else None
         same = {"unidentifiable": self.unidentifiable, "columns": self.columns, "penalty": self.penalty}
@@ -59,8 +60,7 @@ class Slope:
 
     def values(self, problem: Problem) -> Array:
         """Return (p,) values of the slope's parameters in a problem's model."""
-        vectors = {e.key: e.vector() for e in problem.model.effects}
-        return np.array([vectors[key][i] for key, i in self.parameters])
+        return of_parameters(problem.model.effects, self.parameters)
 
     def cost(self, problem: Problem) -> float:
         """Return the whitened sum of squares plus the squared ways from the centre, each times its anchor weight."""
@@ -138,10 +138,10 @@ class Slope:
             problem: where the slope is valid; further: the problem with other parameters, which may have moved by
                 `SMALL` of their ordinary sizes.
         """
-        every = {e.key: e.amplitudes() for e in problem.model.effects}
-        forms = not all(every[key][i] for key, i in self.parameters)
+        effects, names = problem.model.effects, self.parameters
         move = np.abs(self.values(further) - self.values(problem))
-        return not forms and bool((move < SMALL * self._figure(problem, lambda e: sizes(problem, e))).all())
+        small = move < SMALL * of_parameters(effects, names, lambda e: sizes(problem, e))
+        return bool(np.all(of_parameters(effects, names, Effect.amplitudes)) and small.all())
 
     def bends(self, problem: Problem, further: Problem) -> float:
         """Return the error of the predicted change of the residual between two problems, as a share of that change.
@@ -177,9 +177,9 @@ class Slope:
         small problem is solved with bounds (Lawson and Hanson 1974, Ch. 23), and again with more parameters until no
         other one leaves the box.
         """
-        x = self.values(problem)
-        lowest, highest = self._figure(problem, lambda e: e.bounds()[0]), self._figure(problem, lambda e: e.bounds()[1])
-        reach = self._figure(problem, _longest_step)
+        x, effects = self.values(problem), problem.model.effects
+        lowest, highest = of_parameters(effects, self.parameters, lambda e: np.transpose(e.bounds())).reshape(-1, 2).T
+        reach = of_parameters(effects, self.parameters, _longest_step)
         low, high = np.maximum(lowest, x - reach) - x, np.minimum(highest, x + reach) - x
         aim = step = self.solved(self.columns.T @ problem.residual - self.anchor**2 * (x - self.centre))
         boxed = np.zeros(len(x), dtype=bool)
@@ -194,19 +194,7 @@ class Slope:
 
     def moved(self, problem: Problem, step: Array) -> Problem:
         """Return the problem with a step (p,) added to the parameters, which are clipped at their bounds."""
-        changes: dict[str, Array] = {e.key: e.vector().copy() for e in problem.model.effects}
-        for (key, i), change in zip(self.parameters, step, strict=True):
-            changes[key][i] += change
-        return problem.at([e.with_vector(np.clip(changes[e.key], *e.bounds())) for e in problem.model.effects])
-
-    def _figure(self, problem: Problem, figure: Callable[[Effect], Array]) -> Array:
-        """Return (p,) a figure for each parameter of the slope.
-
-        Args:
-            figure: returns (q,) the figure for the parameters of an effect.
-        """
-        every = {e.key: figure(e) for e in problem.model.effects}
-        return np.array([every[key][i] for key, i in self.parameters])
+        return problem.at(with_parameters(problem.model.effects, self.parameters, self.values(problem) + step))
 
 
 def sizes(problem: Problem, effect: Effect) -> Array:

@@ -61,14 +61,13 @@ def check_measurements(
     # The reflector of most rows: one point of the tool.
     names = data.state.reflector_of_rows[agreed.rows]
     rows = agreed.rows[names == largest(names)] if len(names) else agreed.rows
-    single = check_limits(data, robot, cells)
+    single = [*check_limits(data, robot, cells)]
     if data.tool_known or poses_among(data.state.q[rows]) < FEWEST_ROWS_JUDGED:
         small = len(data) >= FEWEST_ROWS_JUDGED and np.nanmax(np.abs(data.state.q), initial=0) < RADIANS_BELOW
         readings = [cells.finding("DAT009", "warning", *RADIANS)] if small else []
     else:
-        readings = _check_readings(
-            data, PlacedArm(robot, data.state.T_reference_base), replace(agreed, rows=rows), cells, unit, turns
-        )
+        arm = PlacedArm(robot, data.state.T_reference_base)
+        readings = _check_readings(data, arm, replace(agreed, rows=rows), cells, unit, turns)
         if has_errors(readings):
             return findings + readings
         single = [] if readings else single
@@ -93,9 +92,8 @@ def _check_readings(
     sample = rows[:: max(1, len(rows) // 120)]
     q, y, placed, robot = data.state.q[sample], data.position[sample], arm.rows(sample), arm.robot
     as_read = align_arm(placed, q, y)
-    nominal = as_read.typical < NOMINAL_M and np.allclose(
-        as_read.T_instrument_base[:3, :3], np.eye(3), atol=NOMINAL_TURN
-    )
+    turn = as_read.T_instrument_base[:3, :3]
+    nominal = as_read.typical < NOMINAL_M and np.allclose(turn, np.eye(3), atol=NOMINAL_TURN)
     far = np.linalg.norm(as_read.residual, axis=1) > MISMATCH_M
     if fits(as_read) and not nominal and MANY_FAR * far.sum() < len(far):
         return []
@@ -126,10 +124,8 @@ def _check_readings(
         poses, largest = max(counts), sessions[np.argmax(counts)]
         if poses >= FEWEST_PLACED:
             return _check_readings(data, arm, replace(agreed, rows=rows[session == largest]), cells, unit, turns)
-        message = (
-            f"no session has more than {poses} poses, and the points were not all seen from one place: "
-            "nothing tells where the instrument stood"
-        )
+        message = f"no session has more than {poses} poses, and the points were not all seen from one place: "
+        message += "nothing tells where the instrument stood"
         help_ = f"measure {FEWEST_ROWS_JUDGED} poses or more from each place of the instrument, in one session"
         return [mismatch("error", message, help_)]
     help_ = "check the robot's name, the joint zeros and signs, and that joints and points belong to the same rows"
@@ -198,9 +194,8 @@ def _check_orientations(
     off = shown.off(flange, placed)
     if off is None or off < LARGEST_FLANGE_TURN_RAD:
         return []
-    message = (
-        f"the measured orientations do not follow the arm: they are {np.degrees(off):.0f} deg off in the median row"
-    )
+    message = f"the measured orientations do not follow the arm: they are {np.degrees(off):.0f} deg off in the "
+    message += "median row"
     help_ = "check `form` and `unit` of `[orientation]` in the column map, or that `qw` comes first"
     meant = shown.better_reading(flange, placed)
     if meant is not None:
@@ -216,10 +211,8 @@ def _check_points(data: Measurements, agreed: Agreement, cells: Cells, unit: str
     """
     if not agreed.near or not agreed.wrong.any():
         return []
-    mixed = _check_mixed(data, agreed, unit)
-    if mixed is not None:
-        first, message, help_ = mixed
-        return [cells.finding("DAT009", "error", message, help_, first)]
+    if mixed := _check_mixed(data, agreed, unit):
+        return [cells.finding("DAT009", "error", *mixed)]
     wrong = agreed.rows[agreed.wrong]
     if agreed.doubtful:
         sessions = "".join(f"session `{name}`, " for name in agreed.doubtful if name)
@@ -230,14 +223,10 @@ def _check_points(data: Measurements, agreed: Agreement, cells: Cells, unit: str
     far = np.flatnonzero(agreed.wrong)
     if MANY_FAR * len(far) > len(error):
         size = f"{1e3 * error[far].min():.0f} to {1e3 * error[far].max():.0f} mm"
-        message = (
-            f"{len(far)} of {len(error)} rows lie {size} from where the arm should be (others "
-            f"{1e3 * float(np.median(agreed.typical)):.2f} mm): {numbered(wrong + 1)}"
-        )
-        help_ = (
-            "correct them, or give those that the instrument saw from elsewhere a `session` of their own; until then "
-        )
-        help_ += "fits leave them out"
+        message = f"{len(far)} of {len(error)} rows lie {size} from where the arm should be (others "
+        message += f"{1e3 * float(np.median(agreed.typical)):.2f} mm): {numbered(wrong + 1)}"
+        help_ = "correct them, or give those that the instrument saw from elsewhere a `session` of their own; until "
+        help_ += "then fits leave them out"
         return [cells.finding("DAT007", "warning", message, help_, int(wrong[0]))]
     return [_far(agreed, k, cells) for k in far[np.argsort(-error[far])]]
 
@@ -249,15 +238,13 @@ def _far(agreed: Agreement, k: int, cells: Cells) -> Diagnostic:
     cause = "another point, or a wrong joint angle?"
     if abs(size) > 0.95 * error:
         cause = f"`{'xyz'[worst]}_mm` alone is off by {1e3 * size:.1f} mm: a typing error?"
-    message = (
-        f"row {i + 1} lies {1e3 * error:.1f} mm from where the arm should be "
-        f"(others {1e3 * agreed.typical[k]:.2f} mm); {cause}"
-    )
+    message = f"row {i + 1} lies {1e3 * error:.1f} mm from where the arm should be "
+    message += f"(others {1e3 * agreed.typical[k]:.2f} mm); {cause}"
     return cells.finding("DAT007", "warning", message, "correct the row; until then fits leave it out", i)
 
 
-def _check_mixed(data: Measurements, agreed: Agreement, unit: str) -> tuple[int, str, str] | None:
-    """Return (index of the first row, message, help) where many rows are in another unit of length; None otherwise."""
+def _check_mixed(data: Measurements, agreed: Agreement, unit: str) -> tuple[str, str, int] | None:
+    """Return (message, help, index of the first row) where many rows are in another unit of length; None otherwise."""
     limit = max(LEAST_M, TIMES * float(agreed.typical.min()))
     position = data.position[agreed.rows]
     for factor, look, short in other_lengths(unit):
@@ -266,7 +253,7 @@ def _check_mixed(data: Measurements, agreed: Agreement, unit: str) -> tuple[int,
             rows = agreed.rows[scaled]
             message = f"{scaled.sum()} of {len(scaled)} rows {look}: they then fit the others; {numbered(rows + 1)}"
             help_ = f"write all rows in one unit, or those in {short} as a table of their own with a column map"
-            return int(rows[0]), message, help_
+            return message, help_, int(rows[0])
     return None
 
 

@@ -48,9 +48,8 @@ def usable_rows(data: Measurements, measured: bool) -> NDArray[np.bool_]:
     return data.usable if measured else np.asarray(np.isfinite(data.state.q).all(axis=1))
 
 
-def _check_cells(data: Measurements, cells: Cells, measured: bool) -> list[Diagnostic]:
-    """Return DAT005 for rows without angles or measurements."""
-    findings = []
+def _check_cells(data: Measurements, cells: Cells, measured: bool) -> Iterator[Diagnostic]:
+    """Yield DAT005 for rows without angles or measurements."""
     commanded = usable_rows(data, measured=False)
     ends = np.isin(data.pose_id, cells.text("from")) if "from" in cells.header else np.zeros(len(data), dtype=bool)
     unmeasured = commanded & ~usable_rows(data, measured) & ~data.off_arm & ~ends
@@ -58,8 +57,7 @@ def _check_cells(data: Measurements, cells: Cells, measured: bool) -> list[Diagn
         if lacking.any():
             message = f"{_listed(lacking)} of {len(data)} {'has' if lacking.sum() == 1 else 'have'} {what}: not used"
             help_ = "fill in the empty cells if the values are known"
-            findings.append(cells.finding("DAT005", "warning", message, help_, int(np.flatnonzero(lacking)[0])))
-    return findings
+            yield cells.finding("DAT005", "warning", message, help_, int(np.flatnonzero(lacking)[0]))
 
 
 def _listed(mask: NDArray[np.bool_]) -> str:
@@ -82,29 +80,24 @@ def _check_rounding(data: Measurements, cells: Cells) -> list[Diagnostic]:
     return [cells.finding("DAT010", "warning", message, help_)]
 
 
-def check_limits(data: Measurements, robot: Robot, cells: Cells) -> list[Diagnostic]:
-    """Return DAT011 for the first five rows with a joint over 1 deg outside its limits."""
+def check_limits(data: Measurements, robot: Robot, cells: Cells) -> Iterator[Diagnostic]:
+    """Yield DAT011 for the first five rows with a joint over 1 deg outside its limits."""
     margin = np.deg2rad(1.0)
     beyond = (data.state.q > robot.upper + margin) | (data.state.q < robot.lower - margin)
-    findings = []
     for i in np.flatnonzero(beyond.any(axis=1))[:SHOWN_ROWS]:
         j = int(np.flatnonzero(beyond[i])[0])
-        message = (
-            f"joint {j + 1} stands at {np.rad2deg(data.state.q[i, j]):.1f} deg, outside its limits "
-            f"{np.rad2deg(robot.lower[j]):.0f} .. {np.rad2deg(robot.upper[j]):.0f} deg"
-        )
-        findings.append(cells.finding("DAT011", "warning", message, "check the angle and the arm's name", int(i)))
-    return findings
+        message = f"joint {j + 1} stands at {np.rad2deg(data.state.q[i, j]):.1f} deg, outside its limits "
+        message += f"{np.rad2deg(robot.lower[j]):.0f} .. {np.rad2deg(robot.upper[j]):.0f} deg"
+        yield cells.finding("DAT011", "warning", message, "check the angle and the arm's name", int(i))
 
 
-def _check_sizes(data: Measurements, robot: Robot, cells: Cells) -> list[Diagnostic]:
-    """Return DAT009 for implausible masses, their centres, temperatures, stated noise and measured joint angles."""
-    findings = []
+def _check_sizes(data: Measurements, robot: Robot, cells: Cells) -> Iterator[Diagnostic]:
+    """Yield DAT009 for implausible masses, their centres, temperatures, stated noise and measured joint angles."""
     for severity, wrong, message, help_ in _wrong_sizes(data, robot):
         rows = np.flatnonzero(wrong)
         others = f" (rows {rows[0] + 1} and {len(rows) - 1} more)" if 1 < len(rows) < len(wrong) else ""
-        findings += [cells.finding("DAT009", severity, message + others, help_, int(rows[0]))] if len(rows) else []
-    return findings
+        if len(rows):
+            yield cells.finding("DAT009", severity, message + others, help_, int(rows[0]))
 
 
 def _wrong_sizes(data: Measurements, robot: Robot) -> Iterator[tuple[Severity, NDArray[np.bool_], str, str]]:

@@ -10,6 +10,7 @@ from scipy.special import ndtr
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, Severity
+from postproc.measure.alignment import turning_point
 from postproc.measure.checks.readings import PlacedArm
 from postproc.measure.consensus import sessions_of
 from postproc.measure.errors import CHANCE
@@ -41,9 +42,8 @@ def with_references(data: Measurements, robot: Robot, named: Iterable[str]) -> t
     for name in dict.fromkeys(names.tolist()):
         rows = np.flatnonzero(seen & (names == name))
         rows = rows[np.lexsort((clock[rows], sessions[rows]))]
-        readings = [
-            data.position[rows[sessions[rows] == session]] for session in dict.fromkeys(sessions[rows].tolist())
-        ]
+        several = dict.fromkeys(sessions[rows].tolist())
+        readings = [data.position[rows[sessions[rows] == session]] for session in several]
         moving = rows[np.isfinite(state.q[rows]).all(axis=1)]
         if name in named or _stays(arm.rows(moving).flange(state.q[moving]), readings):
             still.add(name)
@@ -67,10 +67,7 @@ def _stays(T_base_flange: Array, readings: Sequence[Array]) -> bool:
     moves = np.concatenate([np.linalg.norm(y - np.median(y, axis=0), axis=1) for y in readings])
     if least < STILL * TRAVEL_M or np.quantile(moves, 0.9) > least:
         return False
-    # p + R c = s, in the six numbers of c and s.
-    turns = np.concatenate([R, np.broadcast_to(-np.eye(3), R.shape)], axis=2)
-    point, *_ = np.linalg.lstsq(turns.reshape(-1, 6), -p.ravel(), rcond=1e-9)
-    return bool(np.median(np.linalg.norm(p + turns @ point, axis=1)) > least)
+    return turning_point(R, p)[1] > least
 
 
 def _verdict(name: str, readings: Sequence[Array]) -> tuple[str, bool]:

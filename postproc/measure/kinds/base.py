@@ -53,11 +53,11 @@ class Seen:
 
 @dataclass(frozen=True)
 class Read:
-    """What m rows read, and its derivatives.
+    """What m rows read, and its derivatives. Of all rows of a table k is 3; what a row does not read is NaN there.
 
     Args:
         value: (m, k) predicted numbers [m]. by_point: (m, k, 3) by the TCP. by_unknown: (m, k, 6) by the unknowns of
-            the set-up [1], of angles [m/rad].
+            the set-up [1], of angles [m/rad]. Both are 0 where nothing is read.
     """
 
     value: Array
@@ -70,7 +70,8 @@ class ReadingKind(ABC):
 
     Attributes:
         column: of a table, which names the set-up. reading: columns of its numbers, none where these are zero.
-        point, plane, zero: which unknowns a set-up has. noise: standard deviation [m] where nobody states one.
+        point, plane, zero: which unknowns a set-up has; zero_may_open: whether a column map may free its zero.
+        noise: standard deviation [m] where nobody states one.
         touches: whether rows hold the TCP to one place or plane. each: numbers a row has.
         lasting: whether another table may come back to a set-up.
     """
@@ -80,6 +81,7 @@ class ReadingKind(ABC):
     point: ClassVar[bool] = False
     plane: ClassVar[bool] = False
     zero: ClassVar[bool] = False
+    zero_may_open: ClassVar[bool] = False
     noise: ClassVar[float]
     touches: ClassVar[bool] = False
     each: ClassVar[int] = 1
@@ -99,13 +101,24 @@ class ReadingKind(ABC):
     @classmethod
     def unknowns(cls, zero_open: bool) -> tuple[bool, bool, bool]:
         """Return whether a set-up has an unknown point, an unknown plane, an unknown zero."""
-        return cls.point, cls.plane, cls.zero or cls.plane
+        return cls.point, cls.plane, cls.zero or cls.plane or (cls.zero_may_open and zero_open)
 
 
-def unknown(point: Array | None = None, tilt: Array | None = None, zero: float = 0.0) -> Array:
+def unknown(point: Array | float = 0.0, tilt: Array | float = 0.0, zero: float = 0.0) -> Array:
     """Return (6,) unknowns of a set-up, 0 where a kind has none."""
     result = np.zeros(UNKNOWNS)
-    result[POINT] = 0.0 if point is None else point
-    result[TILT] = 0.0 if tilt is None else tilt
-    result[ZERO] = zero
+    result[POINT], result[TILT], result[ZERO] = point, tilt, zero
     return result
+
+
+def single(
+    value: Array, along: Array, point: Array | float = 0.0, tilt: Array | float = 0.0, zero: Array | float = -1.0
+) -> Read:
+    """Return readings (m,) of one number a row.
+
+    Args:
+        along: (m, 3) derivatives by the TCP; point: (m, 3), tilt: (m, 2), zero: (m,) by the unknowns of the set-up.
+    """
+    by_unknown = np.zeros((len(value), 1, UNKNOWNS))
+    by_unknown[:, 0, POINT], by_unknown[:, 0, TILT], by_unknown[:, 0, ZERO] = point, tilt, zero
+    return Read(value[:, None], along[:, None], by_unknown)

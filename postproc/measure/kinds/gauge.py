@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.measure.kinds.base import UNKNOWNS, ZERO, Read, ReadingKind, Seen, unknown
+from postproc.measure.kinds.base import ZERO, Read, ReadingKind, Seen, single, unknown
 
 
 class Gauge(ReadingKind):
@@ -18,11 +18,8 @@ class Gauge(ReadingKind):
 
     def read(self, seen: Seen) -> Read:
         """Return n.p - z (m, 1)."""
-        by_unknown = np.zeros((len(seen.point), 1, UNKNOWNS))
-        by_unknown[:, 0, ZERO] = -1.0
-        value = np.einsum("mi,mi->m", seen.direction, seen.point) - seen.unknown[:, ZERO]
-        return Read(value[:, None], seen.direction[:, None], by_unknown)
+        return single(np.sum(seen.direction * seen.point, axis=1) - seen.unknown[:, ZERO], seen.direction)
 
     def start(self, seen: Seen, numbers: Array) -> Array:
         """Return the median of n.p - r as the zero."""
-        return unknown(zero=float(np.median(np.einsum("mi,mi->m", seen.direction, seen.point) - numbers[:, 0])))
+        return unknown(zero=float(np.median(np.sum(seen.direction * seen.point, axis=1) - numbers[:, 0])))

@@ -156,10 +156,8 @@ def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic],
         raise _no_table(message, source, "take every n-th row, or a part of the table at a time")
     text = source.data.decode(source.encoding)
     if is_program(text):
-        help_ = (
-            "name the table of what was measured; where it names targets of this program (column `target`), add "
-            f"`--program {source.path}`"
-        )
+        help_ = "name the table of what was measured; where it names targets of this program (column `target`), add "
+        help_ += f"`--program {source.path}`"
         raise _no_table("this is a RAPID program, not a table of measured poses", source, help_)
     numbered = [
         (number, line)

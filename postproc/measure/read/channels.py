@@ -75,9 +75,8 @@ def _report_orientations(table: Table) -> None:
     for parts, form in names.TURN_COLUMNS.items():
         if set(parts) <= plain.keys():
             theirs = [plain[part] for part in parts]
-            what = (
-                f"columns {', '.join(f'`{name}`' for name in theirs)} look like an orientation and are not read as one"
-            )
+            listed = ", ".join(f"`{name}`" for name in theirs)
+            what = f"columns {listed} look like an orientation and are not read as one"
             help_ = f'a column map reads it: [orientation] with columns = {theirs} and form = "{form}"'
             table.say("DAT015", "info", what, help_)
 

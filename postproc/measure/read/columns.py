@@ -31,13 +31,13 @@ ACCELERATION_COLUMNS = COLUMNS["a"]
 EXTERNAL_AXES = COLUMNS["external_axes"]
 SETUPS = COLUMNS["setup"]
 DIRECTION = ("nx", "ny", "nz")
-READINGS = ("distance_mm", "reading_mm")
+SETUP_READINGS = ("distance_mm", "reading_mm")
 TEXT_COLUMNS = ("pose_id", "session", "reflector", "target", *SETUPS)
 STANDARD = (
     *(*TEXT_COLUMNS, *JOINT_COLUMNS, *POSITION, *ORIENTATION, *MEASURED_JOINTS, *COMMAND_POSITION),
     *(*COMMAND_ORIENTATION, *CONFIGURATION_COLUMNS, *PAYLOAD_COLUMNS, *WRENCH, *APPROACH, *SPEED_COLUMNS),
     *(*ACCELERATION_COLUMNS, "temperature_C", "time_s", "sigma_mm", *EXTERNAL_AXES),
-    *(*TOOL_POSITION, *TOOL_ORIENTATION, *OBJECT_POSITION, *OBJECT_ORIENTATION, *READINGS, *DIRECTION),
+    *(*TOOL_POSITION, *TOOL_ORIENTATION, *OBJECT_POSITION, *OBJECT_ORIENTATION, *SETUP_READINGS, *DIRECTION),
 )
 
 
@@ -122,9 +122,8 @@ def likely_map(header: Sequence[str], units: Sequence[str], needed: Sequence[str
     for name, theirs, unit in zip(_meanings(header, units), header, units, strict=True):
         unit = unit or ("rad" if name in JOINT_COLUMNS and _RADIANS.fullmatch(theirs.lower()) else "")
         other = unit != unit_of(name) and fitting(unit, unit_of(name))
-        entries.setdefault(
-            name, f'{name} = {{ name = "{theirs}", unit = "{unit}" }}' if other else f'{name} = "{theirs}"'
-        )
+        entry = f'{{ name = "{theirs}", unit = "{unit}" }}' if other else f'"{theirs}"'
+        entries.setdefault(name, f"{name} = {entry}")
     wanted = [name for name in STANDARD if name in entries and name not in header]
     if len(wanted) < 3 or not set(wanted) & set(needed):
         return ""

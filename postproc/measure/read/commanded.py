@@ -53,10 +53,8 @@ def commanded_joints(
     failures = [failure for failure in solution.failures if np.isfinite(T[failure.index]).all()]
     if len(failures) > LARGEST_UNREACHED_SHARE * len(T):
         message = f"{len(failures)} of {len(T)} commanded poses cannot be reached in their configuration"
-        help_ = (
-            "`cmd_` is the pose of the flange (tool0) in the base, in mm: are these of the TCP, in a work object, in "
-            f"metres? Does `cmd_qw` come first? Row {failures[0].index + 1}: {failures[0].message}"
-        )
+        help_ = "`cmd_` is the pose of the flange (tool0) in the base, in mm: are these of the TCP, in a work object, "
+        help_ += f"in metres? Does `cmd_qw` come first? Row {failures[0].index + 1}: {failures[0].message}"
         raise PostprocError.of("DAT012", message, cells.source, cells.span(failures[0].index), help_)
     for failure in failures:
         message = f"row {failure.index + 1}: {failure.message}"

@@ -54,16 +54,14 @@ class Table:
         known = names.recognised(header, units)
         taken = {k: m for k, m in known.items() if m.name not in mapped and k not in layout.columns}
         if not {"time_s"} & (place.keys() | taken.keys() | layout.columns.keys()):
-            stamped = [
-                theirs for theirs in header if theirs.lower().replace(" ", "_") in STAMPS and theirs not in mapped
-            ]
+            free = [theirs for theirs in header if theirs not in mapped]
+            stamped = [theirs for theirs in free if theirs.lower().replace(" ", "_") in STAMPS]
             if stamped and self._stamps(stamped[0]) is not None:
                 taken["time_s"] = MappedColumn(name=stamped[0], unit="s")
         if taken:
             pairs = ", ".join(f"`{m.name}` as `{name}`" for name, m in taken.items())
-            self.say(
-                "DAT015", "info", f"columns are known by their names and units: {pairs}", "a column map overrules it"
-            )
+            message = f"columns are known by their names and units: {pairs}"
+            self.say("DAT015", "info", message, "a column map overrules it")
         for name in layout.columns:
             near = None if name in names.STANDARD else names.nearest(name)
             if near is not None:

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from postproc.arrays import Array
+from postproc.arrays import Array, numbered
 from postproc.diagnostics import PostprocError
 from postproc.measure.kinds.base import ReadingKind, Readings
-from postproc.measure.kinds.observed import KINDS
+from postproc.measure.kinds.observed import READING_KINDS
 from postproc.measure.measurements import FEWEST_ROWS_JUDGED, Measurements
 from postproc.measure.read import columns as names
 from postproc.measure.read.lookup import Table
@@ -36,31 +36,40 @@ def with_setups(data: Measurements, table: Table, measured: bool) -> Measurement
     n = len(data)
     setups, which = [""] * n, np.full(n, -1)
     numbers, direction = np.full((n, 3), np.nan), _directions(table)
-    for k, kind in enumerate(KINDS):
+    for k, kind in enumerate(READING_KINDS):
         words = [word if word.lower() not in EMPTY_CELLS else "" for word in table.text(kind.column)]
         rows = np.flatnonzero([bool(word) for word in words])
         if not len(rows):
             continue
-        _check_alone(data, table, kind, rows, which)
+        twice = [int(i) for i in rows if which[i] >= 0 or np.isfinite(data.position[i]).any()]
+        if twice:
+            other = f"`{READING_KINDS[which[twice[0]]].column}`" if which[twice[0]] >= 0 else "`x_mm`, `y_mm`, `z_mm`"
+            message = f"this row has a `{kind.column}` and {other}: what did it measure?"
+            raise _refused(table, twice[0], message, "give each reading a row of its own")
         which[rows], numbers[rows, : kind.each] = k, _read(table, kind, rows, measured)
+        undirected = rows[~np.isfinite(direction[rows]).all(axis=1)]
+        if kind.column == "gauge" and len(undirected):
+            message = "this row has a `gauge` and no direction `nx`, `ny`, `nz` in which its reading grows"
+            help_ = "write it along axes of the base: 0,0,1 for a gauge that counts upwards"
+            raise _refused(table, int(undirected[0]), message, help_)
         for i in rows:
-            # The name of a distance between two rows is that of its row: no other row shares its unknown.
-            setups[i] = f"{kind.column} {words[i] if kind.lasting else _label(table, data, int(i))}"
-    _check_directions(table, direction, which)
-    every = tuple(dict.fromkeys(name for name in setups if name))
-    index = np.array([every.index(name) if name else -1 for name in setups])
-    touches = any(KINDS[k].touches for k in which if k >= 0)
-    state = data.state.with_(setup=index, setup_names=every, touches=touches)
+            # A distance between two rows is called as its row: no other row, of any table, shares its unknown.
+            setups[i] = f"{kind.column} {words[i] if kind.lasting else f'{data.row[i]} {table.cells.source.path}'}"
+    index, every = numbered(["", *setups])
+    assert index is not None
+    touches = any(READING_KINDS[k].touches for k in which if k >= 0)
+    state = data.state.with_(setup=index[1:] - 1, setup_names=every[1:], touches=touches)
+    pairs = np.flatnonzero([k >= 0 and not READING_KINDS[k].lasting for k in which])
     sigma = _deviations(data, which, numbers, table)
+    sigma[pairs] /= np.sqrt(2)
     readings = Readings(numbers, direction, np.zeros(n), table.layout.anchor_offset == "free")
     data = replace(data, state=state, readings=readings, sigma=sigma)
-    pairs = np.flatnonzero([k >= 0 and not KINDS[k].lasting for k in which])
     return _with_far_ends(data, table, pairs) if len(pairs) else data
 
 
-def _label(table: Table, data: Measurements, index: int) -> str:
-    """Return a name for a row of a table that no row of another table has."""
-    return f"{data.row[index]} {table.cells.source.path}"
+def _refused(table: Table, row: int, message: str, help_: str) -> PostprocError:
+    """Return DAT041 at a row, by its index."""
+    return PostprocError(table.cells.finding("DAT041", "error", message, help_, row))
 
 
 def _read(table: Table, kind: ReadingKind, rows: NDArray[np.intp], measured: bool) -> Array:
@@ -69,32 +78,11 @@ def _read(table: Table, kind: ReadingKind, rows: NDArray[np.intp], measured: boo
     Raises:
         PostprocError: DAT041 without that column.
     """
-    if not kind.reading:
-        return np.zeros((len(rows), kind.each))
-    values = table.column(kind.reading[0])
-    if values is None:
-        if measured:
-            message = f"there are rows of a `{kind.column}` and no column `{kind.reading[0]}`"
-            raise PostprocError(table.cells.finding("DAT041", "error", message, "add what was read", int(rows[0])))
-        return np.full((len(rows), 1), np.nan)
-    return np.asarray(values[rows, None])
-
-
-def _check_alone(
-    data: Measurements, table: Table, kind: ReadingKind, rows: NDArray[np.intp], which: NDArray[np.int_]
-) -> None:
-    """Raise DAT041 where rows of one kind also read another, or measure a position.
-
-    Args:
-        rows: indices; which: (n,) kind of each row so far, by number, -1 for none.
-    """
-    twice = [i for i in rows if which[i] >= 0 or np.isfinite(data.position[i]).any()]
-    if not twice:
-        return
-    other = f"`{KINDS[which[twice[0]]].column}`" if which[twice[0]] >= 0 else "`x_mm`, `y_mm`, `z_mm`"
-    message = f"this row has a `{kind.column}` and {other}: what did it measure?"
-    help_ = "give each reading a row of its own"
-    raise PostprocError(table.cells.finding("DAT041", "error", message, help_, int(twice[0])))
+    values = table.column(kind.reading[0]) if kind.reading else np.zeros(len(table.cells.rows))
+    if values is None and measured:
+        message = f"there are rows of a `{kind.column}` and no column `{kind.reading[0]}`"
+        raise _refused(table, int(rows[0]), message, "add what was read")
+    return np.full((len(rows), 1), np.nan) if values is None else values[rows, None]
 
 
 def _directions(table: Table) -> Array:
@@ -102,22 +90,8 @@ def _directions(table: Table) -> Array:
     vector = table.vector(names.DIRECTION, partial=True)
     if vector is None:
         return np.full((len(table.cells.rows), 3), np.nan)
-    length = np.linalg.norm(vector, axis=1)
-    return np.asarray(np.where(length > 0, vector.T / np.where(length > 0, length, 1.0), np.nan).T)
-
-
-def _check_directions(table: Table, direction: Array, which: NDArray[np.int_]) -> None:
-    """Raise DAT041 where a gauge has no direction.
-
-    Args:
-        direction: (n, 3); which: (n,) number of the kind of each row.
-    """
-    gauges = [k for k, kind in enumerate(KINDS) if kind.column == "gauge"]
-    lacking = np.flatnonzero(np.isin(which, gauges) & ~np.isfinite(direction).all(axis=1))
-    if len(lacking):
-        message = "this row has a `gauge` and no direction `nx`, `ny`, `nz` in which its reading grows"
-        help_ = "write it along axes of the base: 0,0,1 for a gauge that counts upwards"
-        raise PostprocError(table.cells.finding("DAT041", "error", message, help_, int(lacking[0])))
+    length = np.linalg.norm(vector, axis=1, keepdims=True)
+    return np.asarray(vector / np.where(length > 0, length, np.nan))
 
 
 def _deviations(data: Measurements, which: NDArray[np.int_], numbers: Array, table: Table) -> Array:
@@ -132,7 +106,7 @@ def _deviations(data: Measurements, which: NDArray[np.int_], numbers: Array, tab
 
     known = np.full(len(data), np.nan) if data.sigma is None else data.sigma
     sigma, assumed = np.where(np.isfinite(known), known, TRACKER_M), []
-    for k, kind in enumerate(KINDS):
+    for k, kind in enumerate(READING_KINDS):
         rows = (which == k) & ~np.isfinite(known)
         if not rows.any():
             continue
@@ -144,8 +118,7 @@ def _deviations(data: Measurements, which: NDArray[np.int_], numbers: Array, tab
     if assumed:
         message = f"there is no `sigma_mm`: {', '.join(assumed)} is assumed"
         table.say("DAT015", "info", message, "state it in a column `sigma_mm`, or repeat readings")
-    ends = np.array([k >= 0 and not KINDS[k].lasting for k in which])
-    return np.asarray(np.where(ends, sigma / np.sqrt(2), sigma))
+    return sigma
 
 
 FEWEST_REPEATS = 9
@@ -157,12 +130,9 @@ STEPS_M = (1e-3, 5e-4, 1e-4, 1e-5, 1e-6)
 def scale_step(values: Array) -> float:
     """Return the largest usual step [m] of which all readings (m,) are multiples; 0 for none."""
     seen = values[np.isfinite(values)]
-    whole = (
-        step
-        for step in STEPS_M
-        if len(seen) >= FEWEST_ROWS_JUDGED and np.abs(seen / step - np.round(seen / step)).max() < 1e-3
-    )
-    return next(whole, 0.0)
+    if len(seen) < FEWEST_ROWS_JUDGED:
+        return 0.0
+    return next((step for step in STEPS_M if np.abs(seen / step - np.round(seen / step)).max() < 1e-3), 0.0)
 
 
 def _with_far_ends(data: Measurements, table: Table, pairs: NDArray[np.intp]) -> Measurements:
@@ -171,39 +141,25 @@ def _with_far_ends(data: Measurements, table: Table, pairs: NDArray[np.intp]) ->
     Args:
         pairs: (m,) indices of rows that are measured from another one.
     """
-    place: dict[str, int] = {}
-    for i, label in enumerate(data.pose_id):
-        place.setdefault(label, i)
+    row_of = {label: i for i, label in reversed([*enumerate(data.pose_id)])}
     far = []
-    for i in pairs:
-        name = table.text("from")[i]
-        at = place.get(name)
-        if at is None or at == i:
-            message = f"`from` names `{name}`, which is {'this row' if at == i else 'the `pose_id` of no row'}"
-            help_ = "name another row by its `pose_id`"
-            raise PostprocError(table.cells.finding("DAT041", "error", message, help_, int(i)))
-        far.append(at)
-    every = np.concatenate([np.arange(len(data)), far])
-    both, n = data.rows(every), len(data)
-    assert both.readings is not None and both.state.setup is not None
-    setup, numbers, sign = (np.array(x) for x in (both.state.setup, both.readings.numbers, both.readings.sign))
-    numbers[pairs, 0] /= 2
-    numbers[n:], sign[pairs], sign[n:] = numbers[pairs], 1.0, -1.0
-    setup[n:] = setup[pairs]
-    sigma = None if both.sigma is None else np.concatenate([both.sigma[:n], both.sigma[pairs]])
-    position, rotation, joint = (
-        None if x is None else np.concatenate([x[:n], np.full_like(x[n:], np.nan)])
-        for x in (both.position, both.rotation, both.joint)
-    )
-    assert position is not None
+    for i, name in zip(pairs.tolist(), np.array(table.text("from"))[pairs].tolist(), strict=True):
+        far.append(row_of.get(name, -1))
+        if far[-1] in (-1, i):
+            message = f"`from` names `{name}`, which is {'this row' if far[-1] == i else 'the `pose_id` of no row'}"
+            raise _refused(table, i, message, "name another row by its `pose_id`")
+    n = len(data)
+    # The arm stands as in the rows that are named, which is all that these ends have of them.
+    stands, read = (data.rows(np.concatenate([np.arange(n), rows])) for rows in (far, pairs))
+    assert read.readings is not None
+    sign, empty = np.zeros(len(read)), np.where(np.arange(len(read)) < n, 1.0, np.nan)
+    sign[pairs], sign[n:] = 1.0, -1.0
+    numbers = read.readings.numbers * np.where(sign, 0.5, 1.0)[:, None]
     return replace(
-        both,
-        state=both.state.with_(setup=setup),
-        readings=replace(both.readings, numbers=numbers, sign=sign),
-        position=position,
-        rotation=rotation,
-        joint=joint,
-        sigma=sigma,
-        row=data.row + tuple(data.row[i] for i in pairs),
-        line=data.line + tuple(data.line[i] for i in pairs) if data.line else (),
+        read,
+        state=stands.state.with_(setup=read.state.setup),
+        readings=replace(read.readings, numbers=numbers, sign=sign),
+        rotation=None if read.rotation is None else read.rotation * empty[:, None, None],
+        joint=None if read.joint is None else read.joint * empty[:, None],
+        pose_id=stands.pose_id,
     )

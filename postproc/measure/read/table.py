@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from postproc.arrays import Array
+from postproc.arrays import Array, numbered
 from postproc.channels.state import State
 from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.measure.checks.likely_wrong import check_measurements
@@ -168,10 +168,8 @@ def _followed(state: State, table: Table, terms: Reading) -> tuple[State, str]:
 
 def _state(table: Table, commanded: Commanded) -> State:
     """Return the commanded state with the channels of the table; DAT015 where payload mass or centre is missing."""
-    sessions = table.text("session")
-    session_names = tuple(dict.fromkeys(sessions)) if sessions else ()
-    reflectors = table.text("reflector")
-    reflector_names = tuple(dict.fromkeys(reflectors))
+    session, session_names = numbered(table.text("session"))
+    reflector, reflector_names = numbered(table.text("reflector"))
     state = State(
         q=commanded.q,
         v=table.vector(names.SPEED_COLUMNS, fill=0.0),
@@ -182,17 +180,16 @@ def _state(table: Table, commanded: Commanded) -> State:
         wrench=table.vector(names.WRENCH, fill=0.0, partial=True),
         temperature=table.column("temperature_C", fill="median"),
         time=table.column("time_s", fill="between"),
-        session=np.array([session_names.index(s) for s in sessions]) if sessions else None,
+        session=session,
         session_names=session_names,
-        reflector=np.array([reflector_names.index(r) for r in reflectors]) if reflectors else None,
+        reflector=reflector,
         reflector_names=reflector_names,
         channels=channels_of(table),
     )
     if state.payload_mass is not None and state.payload_center is None and state.payload_mass.any():
         message = "there is `payload_kg` and no `payload_x_mm`, `payload_y_mm`, `payload_z_mm`"
-        table.say(
-            "DAT015", "warning", f"{message}: the mass is taken in the flange's centre", "give its centre in tool0"
-        )
+        message += ": the mass is taken in the flange's centre"
+        table.say("DAT015", "warning", message, "give its centre in tool0")
     if state.payload_mass is None and state.payload_center is not None:
         table.say("DAT015", "warning", "there is a centre of the payload and no mass", "give `payload_kg`, or map it")
     return state if commanded.T_flange_tcp is None else state.with_(T_flange_tcp=commanded.T_flange_tcp)
@@ -209,9 +206,8 @@ def _positions(table: Table) -> Array:
     present = [name for name in names.POSITION if name in table.place]
     if 0 < len(present) < len(names.POSITION):
         missing = " and ".join(f"`{name}`" for name in names.POSITION if name not in present)
-        message = (
-            f"there is no column {missing}: the places are known along {' and '.join(n[0] for n in present)} alone"
-        )
+        message = f"there is no column {missing}: the places are known along {' and '.join(n[0] for n in present)} "
+        message += "alone"
         table.say("DAT002", "warning", message, missing_help(table.cells))
     nothing = np.full(len(table.cells.rows), np.nan)
     return np.stack([nothing if (c := table.column(name)) is None else c for name in names.POSITION], axis=1)

@@ -10,7 +10,7 @@ from pathlib import PurePath
 
 import numpy as np
 
-from postproc.arrays import Array
+from postproc.arrays import Array, numbered
 from postproc.channels.state import State
 from postproc.diagnostics import Diagnostic, PostprocError, Severity, Source, has_errors
 from postproc.measure.alignment import align
@@ -53,9 +53,8 @@ def read_tables(
         raise PostprocError.of("DAT033", message, help="name one table, or put its angles into each")
     maps = [column_map if column_map is not None and _concerns(column_map, source) else None for source in sources]
     pairs = zip(sources, maps, strict=True)
-    return together(
-        [read_measurements(source, robot, program, part, measured, terms=terms) for source, part in pairs], robot
-    )
+    tables = [read_measurements(source, robot, program, part, measured, terms=terms) for source, part in pairs]
+    return together(tables, robot)
 
 
 def together(tables: Sequence[Measurements], robot: Robot) -> Measurements:
@@ -76,9 +75,8 @@ def together(tables: Sequence[Measurements], robot: Robot) -> Measurements:
     sources = [source for table in tables for source in table.sources]
     for a, b in combinations(sources, 2):
         if a.data == b.data:
-            raise PostprocError(
-                _finding("error", f"`{a.path}` and `{b.path}` are the same table, twice", "name it once")
-            )
+            message = f"`{a.path}` and `{b.path}` are the same table, twice"
+            raise PostprocError(_finding("error", message, "name it once"))
     if len({table.tool_known for table in tables}) > 1:
         message = "a program tells the tool of some of the tables, and of others nobody"
         raise PostprocError(
@@ -145,13 +143,14 @@ def _stacked(parts: Sequence[Array | None], tables: Sequence[Measurements], fill
 
 def _readings(tables: Sequence[Measurements]) -> Readings | None:
     """Return the readings of all tables; None where none has any."""
-    nothing = Readings(np.full((1, 3), np.nan), np.full((1, 3), np.nan), np.zeros(1))
-    parts = [table.readings or nothing.rows(np.zeros(len(table), dtype=int)) for table in tables]
+    parts = [table.readings for table in tables]
     numbers, direction, sign = (
-        np.concatenate([getattr(part, name) for part in parts]) for name in ("numbers", "direction", "sign")
+        _stacked([None if part is None else getattr(part, name) for part in parts], tables, fill)
+        for name, fill in (("numbers", np.nan), ("direction", np.nan), ("sign", 0.0))
     )
-    known = Readings(numbers, direction, sign, any(part.zero_open for part in parts))
-    return known if any(table.readings for table in tables) else None
+    if numbers is None or direction is None or sign is None:
+        return None
+    return Readings(numbers, direction, sign, any(part.zero_open for part in parts if part is not None))
 
 
 def _state(tables: Sequence[Measurements], names: Sequence[tuple[str, ...]], findings: list[Diagnostic]) -> State:
@@ -161,43 +160,36 @@ def _state(tables: Sequence[Measurements], names: Sequence[tuple[str, ...]], fin
         names: session names of each table; found: findings, appended to where tables lack a channel.
     """
     states = [table.state for table in tables]
-    every = tuple(dict.fromkeys(name for some in names for name in some))
-    session = [
-        np.zeros(len(s)) + every.index(some[0])
-        if s.session is None
-        else np.array([every.index(some[int(i)]) for i in s.session])
-        for s, some in zip(states, names, strict=True)
+    sessions = [
+        some * len(s) if s.session is None else s.session_of_rows for s, some in zip(states, names, strict=True)
     ]
-    points = tuple(dict.fromkeys(name for s in states for name in s.reflector_of_rows.tolist()))
-    setups = tuple(dict.fromkeys(name for s in states for name in s.setup_of_rows.tolist() if name))
-    setup = np.array([setups.index(name) if name else -1 for s in states for name in s.setup_of_rows.tolist()])
+    session, every = numbered([name for of_rows in sessions for name in of_rows])
+    reflector, points = numbered([name for s in states for name in s.reflector_of_rows.tolist()])
+    setup, setups = numbered(["", *(name for s in states for name in s.setup_of_rows.tolist())])
+    assert setup is not None
     channels: dict[str, Array] = {}
     for name in dict.fromkeys(name for s in states for name in s.channels):
-        parts = [s.channels.get(name) for s in states]
+        known = [s.channels.get(name) for s in states]
         # The word of a column stands nowhere in a table that has no such word.
-        column = _stacked(parts, tables, 0.0) if "=" in name else _shared(name, parts, tables, findings)
+        column = _stacked(known, tables, 0.0) if "=" in name else _shared(name, known, tables, findings)
         channels |= {} if column is None else {name: column}
     state = State(
         q=np.vstack([s.q for s in states]),
-        session=np.concatenate(session).astype(int),
+        session=session,
         session_names=every,
-        reflector=None if points == ("",) else np.array([points.index(r) for s in states for r in s.reflector_of_rows]),
+        reflector=None if points == ("",) else reflector,
         reflector_names=() if points == ("",) else points,
-        setup=setup if setups else None,
-        setup_names=setups,
+        setup=setup[1:] - 1 if setups[1:] else None,
+        setup_names=setups[1:],
         touches=any(s.touches for s in states),
         temperature=_shared("temperature_C", [s.temperature for s in states], tables, findings),
         time=_shared("time_s", going_on([s.time for s in states]), tables, findings),
         channels=channels,
     )
-    state = state.with_(
-        **{name: _stacked([getattr(s, name) for s in states], tables, 0.0) for name in ZERO_WHERE_MISSING}
-    )
+    fills = dict.fromkeys(ZERO_WHERE_MISSING, 0.0) | dict.fromkeys(PLACED, np.nan)
+    parts = {name: _stacked([getattr(s, name) for s in states], tables, fill) for name, fill in fills.items()}
     # A cell is that of all tables, or of none.
-    state = state.with_(
-        station=states[0].station,
-        **{name: _stacked([getattr(s, name) for s in states], tables, np.nan) for name in PLACED},
-    )
+    state = state.with_(station=states[0].station, **parts)
     if states[0].gravity.ndim == 2:
         state = state.with_(gravity=np.vstack([s.gravity for s in states]))
     if tables[0].tool_known:
@@ -242,9 +234,8 @@ def _check_setup(one: Measurements, other: Measurements, robot: Robot, shared: S
     frame = first.T_instrument_base
     distance = float(np.median(np.linalg.norm(y_other - T[:, :3, 3] @ frame[:3, :3].T - frame[:3, 3], axis=1)))
     if shared and distance > max(SUSPICIOUS_M, CLEARER * same.typical):
-        message = (
-            f"the instrument stood elsewhere in {paths} ({1e3 * distance:.0f} mm), and both name session `{shared[0]}`"
-        )
+        message = f"the instrument stood elsewhere in {paths} ({1e3 * distance:.0f} mm), and both name session "
+        message += f"`{shared[0]}`"
         return _finding("error", message, "give them different names in column `session`")
     return None
 

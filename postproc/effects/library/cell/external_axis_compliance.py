@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.effects.base import State, Variant, param, variant
+from postproc.effects.base import XYZ, State, Variant, param, variant
 from postproc.effects.geometry import distal_point
 from postproc.effects.library.cell.axis_motion import AxisMotion, Mask, across, position_of, side_of, small_motion
 
@@ -50,20 +50,18 @@ class ExternalAxisCompliance(
     """
 
     tilt_rad_per_Nm: Array = param(
-        unit="rad/(N m)", shape=("axes", 3), low=-1e-5, high=1e-4, typical=1e-7, least=0.0, labels=("x", "y", "z")
+        unit="rad/(N m)", shape=("axes", 3), low=-1e-5, high=1e-4, typical=1e-7, least=0.0, labels=XYZ
     )
-    sag_rad: Array = param(unit="rad", shape=("axes", 3, 3), low=-0.05, high=0.05, typical=2e-4, labels=("x", "y", "z"))
+    sag_rad: Array = param(unit="rad", shape=("axes", 3, 3), low=-0.05, high=0.05, typical=2e-4, labels=XYZ)
     bend_rad_per_Nm2: Array = param(
-        unit="rad/(N m2)", shape=("axes", 3), low=-1e-5, high=1e-4, typical=1e-7, least=0.0, labels=("x", "y", "z")
+        unit="rad/(N m2)", shape=("axes", 3), low=-1e-5, high=1e-4, typical=1e-7, least=0.0, labels=XYZ
     )
     carriage_rad_per_Nm: Array = param(
-        unit="rad/(N m)", shape=("axes", POWERS, 3), low=-1e-5, high=1e-4, typical=1e-7, labels=("x", "y", "z")
+        unit="rad/(N m)", shape=("axes", POWERS, 3), low=-1e-5, high=1e-4, typical=1e-7, labels=XYZ
     )
-    foot_m: Array = param(
-        unit="m", shape=("axes", 3), low=-10.0, high=10.0, typical=0.5, amplitude=False, labels=("x", "y", "z")
-    )
+    foot_m: Array = param(unit="m", shape=("axes", 3), low=-10.0, high=10.0, typical=0.5, amplitude=False, labels=XYZ)
     carriage_m: Array = param(
-        unit="m", shape=("axes", 3), low=-10.0, high=10.0, typical=0.5, amplitude=False, labels=("x", "y", "z")
+        unit="m", shape=("axes", 3), low=-10.0, high=10.0, typical=0.5, amplitude=False, labels=XYZ
     )
 
     def motion(self, state: State, k: int, joint: Joint) -> tuple[Array, Array]:

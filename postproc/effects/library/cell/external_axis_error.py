@@ -9,7 +9,7 @@ import numpy as np
 from numpy.polynomial.legendre import legvander
 
 from postproc.arrays import Array
-from postproc.effects.base import State, Variant, param, structure, variant
+from postproc.effects.base import XYZ, State, Variant, param, structure, variant
 from postproc.effects.files import FieldProblem
 from postproc.effects.library.cell.axis_motion import AxisMotion, position_of, small_motion
 
@@ -56,12 +56,8 @@ class ExternalAxisError(
     functions: int = structure(4, low=2, high=40)
     low: tuple[float, ...] = structure((-1.0,), low=-1e3, high=1e3)
     high: tuple[float, ...] = structure((1.0,), low=-1e3, high=1e3)
-    shift_m: Array = param(
-        unit="m", shape=("axes", "functions", 3), low=-0.05, high=0.05, typical=1e-4, labels=("x", "y", "z")
-    )
-    turn_rad: Array = param(
-        unit="rad", shape=("axes", "functions", 3), low=-0.05, high=0.05, typical=1e-4, labels=("x", "y", "z")
-    )
+    shift_m: Array = param(unit="m", shape=("axes", "functions", 3), low=-0.05, high=0.05, typical=1e-4, labels=XYZ)
+    turn_rad: Array = param(unit="rad", shape=("axes", "functions", 3), low=-0.05, high=0.05, typical=1e-4, labels=XYZ)
 
     def motion(self, state: State, k: int, joint: Joint) -> tuple[Array, Array]:
         """T_base_axis and X - 1 (n, 4, 4) of the k-th axis: X is a smooth function of the axis position."""

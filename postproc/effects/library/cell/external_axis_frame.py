@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from postproc.arrays import Array, invert
-from postproc.effects.base import State, Variant, param, variant
+from postproc.effects.base import XYZ, State, Variant, param, variant
 from postproc.effects.library.cell.axis_motion import AxisMotion, across, position_of, small_motion
 
 if TYPE_CHECKING:
@@ -31,8 +31,8 @@ class ExternalAxisFrame(
     coordinated axis). Typical size: 0.2 to 2 mrad, 0.2 to 2 mm, 50 to 300 parts in a million.
     """
 
-    place_m: Array = param(unit="m", shape=("axes", 3), low=-0.1, high=0.1, typical=5e-4, labels=("x", "y", "z"))
-    turn_rad: Array = param(unit="rad", shape=("axes", 3), low=-0.1, high=0.1, typical=5e-4, labels=("x", "y", "z"))
+    place_m: Array = param(unit="m", shape=("axes", 3), low=-0.1, high=0.1, typical=5e-4, labels=XYZ)
+    turn_rad: Array = param(unit="rad", shape=("axes", 3), low=-0.1, high=0.1, typical=5e-4, labels=XYZ)
     scale_error: Array = param(unit="1", shape=("axes",), low=-0.1, high=0.1, typical=1e-4)
 
     def motion(self, state: State, k: int, joint: Joint) -> tuple[Array, Array]:

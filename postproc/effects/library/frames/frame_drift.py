@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.effects.base import Displacement, Effect, State, Variant, param, variant
+from postproc.effects.base import XYZ, Displacement, Effect, State, Variant, param, variant
 
 
 class FrameDrift(
@@ -25,8 +25,8 @@ class FrameDrift(
     Source: drift tests of laser trackers (ISO 10360-10). Typical size: 10 to 100 micrometres an hour.
     """
 
-    velocity_m_per_s: Array = param(unit="m/s", shape=(3,), low=-1e-3, high=1e-3, typical=1e-8, labels=("x", "y", "z"))
-    turn_rad_per_s: Array = param(unit="rad/s", shape=(3,), low=-1e-3, high=1e-3, typical=1e-8, labels=("x", "y", "z"))
+    velocity_m_per_s: Array = param(unit="m/s", shape=(3,), low=-1e-3, high=1e-3, typical=1e-8, labels=XYZ)
+    turn_rad_per_s: Array = param(unit="rad/s", shape=(3,), low=-1e-3, high=1e-3, typical=1e-8, labels=XYZ)
 
     def displacement(self, state: State) -> Displacement:
         """Displacement of the instrument, (n, 6) [m], [rad]."""

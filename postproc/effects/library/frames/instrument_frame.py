@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.effects.base import Displacement, Effect, State, param
+from postproc.effects.base import XYZ, Displacement, Effect, State, param
 from postproc.effects.roles import Role
 
 
@@ -25,8 +25,8 @@ class InstrumentFrame(
     2 mm and 1 mrad where the frame was measured on the base.
     """
 
-    shift_m: Array = param(unit="m", shape=(3,), typical=1e-3, labels=("x", "y", "z"))
-    turn_rad: Array = param(unit="rad", shape=(3,), typical=1e-3, labels=("x", "y", "z"))
+    shift_m: Array = param(unit="m", shape=(3,), typical=1e-3, labels=XYZ)
+    turn_rad: Array = param(unit="rad", shape=(3,), typical=1e-3, labels=XYZ)
 
     def displacement(self, state: State) -> Displacement:
         """Displacement of the instrument, (6,) [m], [rad], the same in every pose."""

@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.effects.base import Displacement, Effect, State, Variant, param, structure, variant
+from postproc.effects.base import XYZ, Displacement, Effect, State, Variant, param, structure, variant
 
 
 class Outlier(
@@ -15,10 +15,7 @@ class Outlier(
     reads=("row",),
     about_data=True,
     unlikely=np.inf,
-    confused_with={
-        "session": "measure the row again",
-        "backlash": "measure the row again from both sides",
-    },
+    confused_with={"session": "measure the row again", "backlash": "measure the row again from both sides"},
 ):
     """Single rows are wrong by themselves (a typing error, a lost reflector): a finding about the data.
 
@@ -28,7 +25,7 @@ class Outlier(
     """
 
     row: tuple[int, ...] = structure((0,), low=0, high=100_000_000)
-    shift_m: Array = param(unit="m", shape=("row", 3), low=-10.0, high=10.0, typical=1e-3, labels=("x", "y", "z"))
+    shift_m: Array = param(unit="m", shape=("row", 3), low=-10.0, high=10.0, typical=1e-3, labels=XYZ)
 
     def displacement(self, state: State) -> Displacement:
         """Displacement of the instrument, (n, 6) [m], [rad]: zero in all rows that are not listed."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.effects.base import Displacement, Effect, State, param, structure
+from postproc.effects.base import XYZ, Displacement, Effect, State, param, structure
 from postproc.effects.roles import Role
 
 
@@ -26,7 +26,7 @@ class Reflector(
 
     first: tuple[str, ...] = structure(("1",))
     reflector: tuple[str, ...] = structure(("2",))
-    shift_m: Array = param(unit="m", shape=("reflector", 3), typical=1e-3, labels=("x", "y", "z"))
+    shift_m: Array = param(unit="m", shape=("reflector", 3), typical=1e-3, labels=XYZ)
 
     def displacement(self, state: State) -> Displacement:
         """Displacement of the tool, (n, 6) [m], [rad]: zero in rows of reflectors that are not listed."""

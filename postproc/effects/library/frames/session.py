@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.effects.base import Displacement, Effect, State, Variant, param, structure, variant
+from postproc.effects.base import XYZ, Displacement, Effect, State, Variant, param, structure, variant
 from postproc.effects.roles import Role
 
 
@@ -31,8 +31,8 @@ class Session(
     """
 
     session: tuple[str, ...] = structure(("1",))
-    shift_m: Array = param(unit="m", shape=("session", 3), typical=3e-5, labels=("x", "y", "z"))
-    turn_rad: Array = param(unit="rad", shape=("session", 3), typical=3e-5, labels=("x", "y", "z"))
+    shift_m: Array = param(unit="m", shape=("session", 3), typical=3e-5, labels=XYZ)
+    turn_rad: Array = param(unit="rad", shape=("session", 3), typical=3e-5, labels=XYZ)
 
     def displacement(self, state: State) -> Displacement:
         """Displacement of the instrument, (n, 6) [m], [rad]: zero in sessions that are not listed."""

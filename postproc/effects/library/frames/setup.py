@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.effects.base import Displacement, Effect, State, param, structure
+from postproc.effects.base import XYZ, Displacement, Effect, State, param, structure
 from postproc.effects.roles import Role
 
 
@@ -30,7 +30,7 @@ class Setup(
     point: tuple[str, ...] = structure(("tip 1",))
     plane: tuple[str, ...] = structure(("plane 1",))
     zero: tuple[str, ...] = structure(("plane 1",))
-    point_m: Array = param(unit="m", shape=("point", 3), typical=1e-3, labels=("x", "y", "z"))
+    point_m: Array = param(unit="m", shape=("point", 3), typical=1e-3, labels=XYZ)
     tilt_rad: Array = param(unit="rad", shape=("plane", 2), typical=1e-3, labels=("x", "y"))
     zero_m: Array = param(unit="m", shape=("zero",), typical=1e-3)
 

@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.effects.base import Displacement, Effect, State, Variant, param, variant
+from postproc.effects.base import XYZ, Displacement, Effect, State, Variant, param, variant
 from postproc.effects.roles import Role
 
 
@@ -28,8 +28,8 @@ class ToolFrame(
     orientations to be told from the instrument's frame.
     """
 
-    shift_m: Array = param(unit="m", shape=(3,), typical=1e-3, labels=("x", "y", "z"))
-    turn_rad: Array = param(unit="rad", shape=(3,), typical=1e-3, labels=("x", "y", "z"))
+    shift_m: Array = param(unit="m", shape=(3,), typical=1e-3, labels=XYZ)
+    turn_rad: Array = param(unit="rad", shape=(3,), typical=1e-3, labels=XYZ)
 
     def displacement(self, state: State) -> Displacement:
         """Displacement of the tool, (6,) [m], [rad], the same in every pose."""

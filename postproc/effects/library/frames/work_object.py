@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.effects.base import State, Variant, param, variant
+from postproc.effects.base import XYZ, State, Variant, param, variant
 from postproc.effects.library.frames.session import Session
 from postproc.effects.roles import Role
 
@@ -27,8 +27,8 @@ class WorkObject(
     Source: rigid-body geometry. Typical size: 2 mm and 2 mrad, as fixtures are set up and work objects are taught.
     """
 
-    shift_m: Array = param(unit="m", shape=("session", 3), typical=2e-3, labels=("x", "y", "z"))
-    turn_rad: Array = param(unit="rad", shape=("session", 3), typical=2e-3, labels=("x", "y", "z"))
+    shift_m: Array = param(unit="m", shape=("session", 3), typical=2e-3, labels=XYZ)
+    turn_rad: Array = param(unit="rad", shape=("session", 3), typical=2e-3, labels=XYZ)
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.effects.base import Effect, Load, State, Variant, param, structure, variant
+from postproc.effects.base import XYZ, Effect, Load, State, Variant, param, structure, variant
 from postproc.effects.geometry import weight
 from postproc.effects.roles import Role
 from postproc.robot.arm import Robot
@@ -39,9 +39,7 @@ class ArmLoad(
 
     body: tuple[int, ...] = structure((3,), low=0, high=6)
     mass_kg: Array = param(unit="kg", shape=("body",), low=-500.0, high=500.0, typical=10.0)
-    moment_kgm: Array = param(
-        unit="kg m", shape=("body", 3), low=-500.0, high=500.0, typical=3.0, labels=("x", "y", "z")
-    )
+    moment_kgm: Array = param(unit="kg m", shape=("body", 3), low=-500.0, high=500.0, typical=3.0, labels=XYZ)
 
     def load(self, state: State) -> Load:
         """Weights of the parts on their bodies, wrenches (n, 6) [N], [N m]."""

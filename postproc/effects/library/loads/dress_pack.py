@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.effects.base import Effect, Load, State, Variant, param, structure, variant
+from postproc.effects.base import XYZ, Effect, Load, State, Variant, param, structure, variant
 from postproc.effects.geometry import distal_point, force_at, joint_axis, point_in_base
 from postproc.effects.run_time import Pull, RunTimeTables
 from postproc.robot.arm import Robot
@@ -36,10 +36,8 @@ class DressPack(
     body_to: int = structure(6, low=0, high=6)
     stiffness_N_per_m: float = param(unit="N/m", low=0.0, high=1e5, typical=200.0)
     slack_m: float = param(unit="m", low=0.0, high=10.0, typical=0.3, amplitude=False)
-    from_m: Array = param(
-        unit="m", shape=(3,), low=-1.5, high=1.5, typical=0.2, amplitude=False, labels=("x", "y", "z")
-    )
-    to_m: Array = param(unit="m", shape=(3,), low=-1.5, high=1.5, typical=0.2, amplitude=False, labels=("x", "y", "z"))
+    from_m: Array = param(unit="m", shape=(3,), low=-1.5, high=1.5, typical=0.2, amplitude=False, labels=XYZ)
+    to_m: Array = param(unit="m", shape=(3,), low=-1.5, high=1.5, typical=0.2, amplitude=False, labels=XYZ)
 
     def load(self, state: State) -> Load:
         """The pull of the hose on the bodies at its ends, wrenches (n, 6) [N], [N m]."""

@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.effects.base import Effect, Load, State, Variant, param, variant
+from postproc.effects.base import XYZ, Effect, Load, State, Variant, param, variant
 from postproc.effects.geometry import Mass, weight
 from postproc.effects.run_time import RunTimeTables
 
@@ -32,12 +32,10 @@ class PayloadError(
     """
 
     mass_kg: float = param(unit="kg", low=-500.0, high=500.0, typical=3.0, most=40)
-    moment_kgm: Array = param(
-        unit="kg m", shape=(3,), low=-200.0, high=200.0, typical=1.0, most=60, labels=("x", "y", "z")
-    )
+    moment_kgm: Array = param(unit="kg m", shape=(3,), low=-200.0, high=200.0, typical=1.0, most=60, labels=XYZ)
     # A payload that was never taken up is -1, about which a fit scatters; below that nothing weighs.
     fraction: float = param(unit="1", low=-1.25, high=5.0, typical=0.1)
-    centre_m: Array = param(unit="m", shape=(3,), low=-2.0, high=2.0, typical=0.05, labels=("x", "y", "z"))
+    centre_m: Array = param(unit="m", shape=(3,), low=-2.0, high=2.0, typical=0.05, labels=XYZ)
 
     def load(self, state: State) -> Load:
         """What the tool weighs beyond what is stated, a wrench (n, 6) [N], [N m] on body 6."""

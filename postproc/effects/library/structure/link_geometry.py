@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.effects.base import Displacement, Effect, State, Variant, param, variant
+from postproc.effects.base import XYZ, Displacement, Effect, State, Variant, param, variant
 
 
 class LinkGeometry(
@@ -31,8 +31,8 @@ class LinkGeometry(
     Typical size: 0.05 to 0.5 mm and 0.3 to 6 mrad (factory calibration of small arms).
     """
 
-    shift_m: Array = param(unit="m", shape=(7, 3), low=-0.1, high=0.1, typical=3e-4, labels=("x", "y", "z"))
-    turn_rad: Array = param(unit="rad", shape=(7, 3), low=-0.3, high=0.3, typical=1e-3, labels=("x", "y", "z"))
+    shift_m: Array = param(unit="m", shape=(7, 3), low=-0.1, high=0.1, typical=3e-4, labels=XYZ)
+    turn_rad: Array = param(unit="rad", shape=(7, 3), low=-0.3, high=0.3, typical=1e-3, labels=XYZ)
 
     def displacement(self, state: State) -> Displacement:
         """Displacements of the ends of bodies 0 to 6, (n, 6) [m], [rad], the same in every pose."""
