@@ -9,11 +9,15 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import compress
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.diagnostics import Source, Span
+from postproc.channels.state import State
+from postproc.diagnostics import Source
+from postproc.grouping import grouped
 from postproc.motion.path.moves import read_moves
 from postproc.motion.path.places import place_events
 from postproc.motion.values import Move
@@ -23,6 +27,7 @@ from postproc.rapid.data.records import JointTarget, Pose, RobTarget
 from postproc.rapid.diff.compare import angle_between, by_statement, pair_statements
 from postproc.rapid.execution.walk import walk
 from postproc.rapid.program.program import Program
+from postproc.rapid.syntax.spans import Edit, edited
 from postproc.robot.arm import Robot
 from postproc.robot.cells.station import Station
 
@@ -50,7 +55,7 @@ class TouchUp:
     Args:
         name: as the motion statement has it. event: of the touched program, to that target.
         nominal: (3,) where the nominal program says that the work is, in the work object [mm].
-        moved: (3,) from there to the touched target [mm], in the work object. turned: angle between both [deg].
+        moved: (3,) from there to the touched target [mm], in the work object.
         move: joint angles, tool and load there; None where the arm has no known posture.
     """
 
@@ -58,7 +63,6 @@ class TouchUp:
     event: MotionEvent
     nominal: Array
     moved: Array
-    turned: float
     move: Move | None = None
 
     @property
@@ -84,6 +88,15 @@ class TouchUps:
     compared: int = 0
     station: Station = Station()
 
+    @property
+    def state(self) -> State:
+        """States of the arm at the rows, with tool and load."""
+        moves = [use.move for use in self.rows if use.move is not None]
+        q, T, mass, center = map(
+            np.array, zip(*((m.q, m.T_mount_tcp, m.payload_mass, m.payload_center) for m in moves), strict=True)
+        )
+        return State(q, T_flange_tcp=T, payload_mass=mass, payload_center=center)
+
     def __add__(self, other: TouchUps) -> TouchUps:
         """Return what this and another pair of programs tell together."""
         rows, shifted = self.rows + other.rows, self.shifted + other.shifted
@@ -98,32 +111,25 @@ def find_touchups(nominal: Program, touched: Program, robot: Robot, station: Sta
     """
     first, every = by_statement(walk(nominal)), place_events(walk(touched), station)
     second = by_statement(every)
-    uses: dict[Key, list[TouchUp | str]] = {}
-    for routine in pair_statements((nominal, first), (touched, second)).values():
-        for x, y in routine:
-            if x is not None and y is not None:
-                for one, two in zip(first.get(x.key, []), second.get(y.key, []), strict=False):
-                    for key, use in _uses(one, two):
-                        uses.setdefault(key, []).append(use)
-    omitted, taught = Counter[str](), list[TouchUp]()
-    for several in uses.values():
-        only = _one_of(several)
-        if isinstance(only, str):
-            omitted[only] += 1
-        elif only is not None:
-            taught.append(only)
-    # The chain of the whole program tells the posture where confdata do not.
-    index = {id(event): i for i, event in enumerate(every)}
-    some = [use.event for use in taught]
-    circle_points = [event for event in some if id(event) not in index]
-    index |= {id(event): len(every) + i for i, event in enumerate(circle_points)}
-    moves = {move.row: move for move in read_moves(robot, [*every, *circle_points], station=station)[0]}
-    placed = [replace(use, move=moves.get(index[id(use.event)])) for use in taught]
-    omitted += Counter({POSTURE: sum(use.move is None for use in placed)})
-    rows = [use for use in placed if use.move is not None]
-    pairs = list(zip(rows, _shifted(rows), strict=True))
-    single, together = (tuple(use for use, along in pairs if along is so) for so in (False, True))
-    return TouchUps(single, together, omitted, len(uses), station)
+    uses = grouped(
+        use
+        for pairs in pair_statements((nominal, first), (touched, second)).values()
+        for x, y in pairs
+        if x is not None and y is not None
+        for one, two in zip(first.get(x.key, []), second.get(y.key, []), strict=False)
+        for use in _uses(one, two)
+    )
+    results = [_one_of(several) for several in uses.values()]
+    taught = [use for use in results if isinstance(use, TouchUp)]
+    # The chain of the whole program tells the posture where confdata do not; circle points stand behind it.
+    chain = list({id(event): event for event in [*every, *(use.event for use in taught)]}.values())
+    moves = {id(chain[move.row]): move for move in read_moves(robot, chain, station=station)[0]}
+    rows = [replace(use, move=moves[id(use.event)]) for use in taught if id(use.event) in moves]
+    omitted = Counter(reason for reason in results if isinstance(reason, str) and reason)
+    omitted += Counter({POSTURE: len(taught) - len(rows)})
+    together = _shifted(rows)
+    single, shifted = tuple(compress(rows, ~together)), tuple(compress(rows, together))
+    return TouchUps(single, shifted, omitted, len(uses), station)
 
 
 def _uses(one: MotionEvent, two: MotionEvent) -> Iterator[tuple[Key, TouchUp | str]]:
@@ -141,76 +147,61 @@ def _uses(one: MotionEvent, two: MotionEvent) -> Iterator[tuple[Key, TouchUp | s
             continue
         if origin.declaration != origin_was.declaration:
             continue  # another target took its place
-        change = _change(one, two, was, now)
-        if max(change.distance / TOUCHED_MM, change.turned / TURNED_DEG) < 1:
-            yield key, ""
-        elif origin.root is not None or origin.kind in ("expression", "runtime"):
-            yield (*key, "displaced"), EXPRESSION
-        elif two.wobj.robhold or not two.tool.robhold:
-            yield key, ROBOT_HOLDS
-        elif change.distance < TOUCHED_MM:
-            yield key, TURNED
-        elif change.distance > FARTHEST_MM:
-            yield key, ANEW
-        else:
-            event = two if role == "to" else replace(two, target=now, via=None, first=True, resumes_from=None)
-            span = two.statement.span_of(role)
-            source = two.statement.source if origin.handed is None else origin.handed.source
-            text = source.data[slice(*(span if origin.handed is None else origin.handed.span))].decode("latin-1")
-            name = text.strip() if text.strip()[0] not in "[*" else f"line {source.row(span[0])}"
-            yield key, replace(change, name=name, event=event)
+        places = (one.displacement, was), (two.displacement, now)
+        before, after = (pose_mult(displacement, Pose(x.trans, x.rot)) for displacement, x in places)
+        event = two if role == "to" else replace(two, target=now, via=None, first=True, resumes_from=None)
+        nominal = np.array(before.trans)
+        use = TouchUp("", event, nominal, np.array(after.trans) - nominal)
+        turned = angle_between(before.rot, after.rot) >= TURNED_DEG
+        reasons = {
+            "": use.distance < TOUCHED_MM and not turned,
+            EXPRESSION: origin.root is not None or origin.kind in ("expression", "runtime"),
+            ROBOT_HOLDS: two.wobj.robhold or not two.tool.robhold,
+            TURNED: use.distance < TOUCHED_MM,
+            ANEW: use.distance > FARTHEST_MM,
+        }
+        reason = next((reason for reason, applies in reasons.items() if applies), None)
+        if reason is None:
+            source, span = two.statement.source, two.statement.span_of(role)
+            if origin.handed is not None:
+                source, span = origin.handed.source, origin.handed.span
+            text = source.data[slice(*span)].decode("latin-1").strip()
+            use = replace(use, name=text if text[0] not in "[*" else f"line {source.row(span[0])}")
+        yield key, use if reason is None else reason
 
 
-def _change(one: MotionEvent, two: MotionEvent, was: RobTarget, now: RobTarget) -> TouchUp:
-    """Return both places of a target in its work object, program displacements included, without a name."""
-    before = pose_mult(one.displacement, Pose(was.trans, was.rot))
-    after = pose_mult(two.displacement, Pose(now.trans, now.rot))
-    nominal = np.array(before.trans)
-    return TouchUp("", two, nominal, np.array(after.trans) - nominal, angle_between(before.rot, after.rot))
-
-
-def _one_of(uses: Sequence[TouchUp | str]) -> TouchUp | str | None:
-    """Return the touch-up that the uses of one target have in common, or why there is none; None if not changed."""
-    changed = [use for use in uses if use]
-    if not changed:
-        return None
-    reason = next((use for use in changed if isinstance(use, str)), None)
-    if reason is not None:
+def _one_of(uses: Sequence[TouchUp | str]) -> TouchUp | str:
+    """Return the touch-up that the uses of one target have in common, or why there is none; empty if not changed."""
+    touched = [use for use in uses if isinstance(use, TouchUp)]
+    reason = next((use for use in uses if isinstance(use, str) and use), "")
+    if reason or not touched:
         return reason
-    touched = [use for use in changed if isinstance(use, TouchUp)]
     conditions = {(u.event.tool, u.event.wobj, u.event.displacement, u.event.gripload) for u in touched}
-    return SEVERAL if len(conditions) > 1 or len(changed) < len(uses) else touched[0]
+    return SEVERAL if len(conditions) > 1 or len(touched) < len(uses) else touched[0]
 
 
-def _shifted(rows: Sequence[TouchUp]) -> list[bool]:
-    """Return for each touch-up whether `FEWEST_SHIFTED` places of its work object were moved by the same vector."""
+def _shifted(rows: Sequence[TouchUp]) -> NDArray[np.bool_]:
+    """Return (n,) whether `FEWEST_SHIFTED` places of its work object were moved by the same vector as a touch-up."""
     wobj = np.array([use.event.wobj.name for use in rows])
     moved, nominal = (np.array(x).reshape(-1, 3) for x in ([u.moved for u in rows], [u.nominal for u in rows]))
-    result = []
+    result = np.zeros(len(rows), dtype=bool)
     for k in range(len(rows)):
         same = (np.abs(moved - moved[k]).max(axis=1) < SAME_MM) & (wobj == wobj[k])
-        result.append(len(np.unique(np.round(nominal[same], 3), axis=0)) >= FEWEST_SHIFTED)
+        result[k] = len(np.unique(np.round(nominal[same], 3), axis=0)) >= FEWEST_SHIFTED
     return result
 
 
 def with_kept_originals(program: Program) -> list[Source]:
     """Return the files of a program with every touched-up target as it was before.
 
-    ABB's option Absolute Limit ModPos keeps the original of a target `p50` beside it, as `o_p50`.
+    ABB's option Absolute Limit ModPos keeps the original of a target `p50` in the same module, as `o_p50`.
     """
-    names = {d.key: d for d in program.declarations if d.init and d.type == "robtarget"}
-    edits: dict[str, list[tuple[Span, bytes]]] = {}
-    for key, original in names.items():
+    spans = {d.key: (d.source, d.init) for d in program.declarations if d.init and d.type == "robtarget"}
+    edits: dict[str, list[Edit]] = {}
+    for key, (source, init) in spans.items():
         scope, _, name = key.rpartition(".")
-        touched = names.get(f"{scope}.{name.removeprefix('o_')}") if name.startswith("o_") else None
-        if touched is not None and touched.init and original.init:
-            text = original.source.data[slice(*original.init)]
-            edits.setdefault(touched.source.path, []).append((touched.init, text))
-    return [replace(source, data=_edited(source.data, edits.get(source.path, ()))) for source in program.sources]
-
-
-def _edited(data: bytes, edits: Sequence[tuple[Span, bytes]]) -> bytes:
-    """Return the bytes with each span replaced by a text."""
-    for (start, end), text in sorted(edits, reverse=True):
-        data = data[:start] + text + data[end:]
-    return data
+        original = spans.get(f"{scope}.o_{name}")
+        if original is not None:
+            text = original[0].data[slice(*original[1])]
+            edits.setdefault(source.path, []).append(Edit(*init, text))
+    return [replace(s, data=b"".join(edited(s.data, edits.get(s.path, ())))) for s in program.sources]
