@@ -14,7 +14,6 @@ from postproc.identification.add import fit_effects
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.table import read_measurements
 from postproc.measure.read.terms import Reading
-from postproc.measure.touchup_table import share_deviation, touchup_findings, touchup_table
 from postproc.measure.touchups import (
     ANEW,
     EXPRESSION,
@@ -24,6 +23,9 @@ from postproc.measure.touchups import (
     TURNED,
     TouchUps,
     find_touchups,
+    share_deviation,
+    touchup_findings,
+    touchup_table,
     with_kept_originals,
 )
 from postproc.model.arm import Model

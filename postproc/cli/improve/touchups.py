@@ -49,7 +49,7 @@ def run(
         output: CSV file to write. Default: stdout.
         json: print the postproc/touchups/1 document.
     """
-    from postproc.measure.touchup_table import share_deviation, touchup_findings, touchup_table
+    from postproc.measure.touchups import share_deviation, touchup_findings, touchup_table
     from postproc.results.touchups import touchups_document
 
     if wobj_free and wobj_fixed:

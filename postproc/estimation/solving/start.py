@@ -102,18 +102,15 @@ def _with_work_objects(problem: Problem) -> Problem:
     if data.T_frame_object is None or data.state.session is None:
         return problem
     stated, session = np.isfinite(data.T_frame_object).all(axis=(1, 2)), data.state.session_of_rows
-    known = model.in_role(Role.WORK_OBJECTS)
-    before = () if known is None else vars(known)["session"]
+    known = model.in_role(Role.WORK_OBJECTS) or effect_in_role(Role.WORK_OBJECTS).null(session=())
+    before = vars(known)["session"]
     free = np.isfinite(data.position).all(axis=1) & ~stated
     first = None if free.any() else largest(session[stated])
-    new = [name for name in dict.fromkeys(session[stated].tolist()) if name != first and name not in before]
+    new = [name for name in dict.fromkeys(session[stated].tolist()) if name not in (first, *before)]
     if not new:
         return problem
-    places = np.zeros((2, len(before) + len(new), 3))
-    if known is not None:
-        places[:, : len(before)] = known.vector().reshape(2, -1, 3)
-    placed = effect_in_role(Role.WORK_OBJECTS).null(session=(*before, *new)).with_vector(places.ravel())
-    return _behind_frames(problem, placed)
+    places = np.pad(known.vector().reshape(2, -1, 3), ((0, 0), (0, len(new)), (0, 0)))
+    return _behind_frames(problem, known.null(session=(*before, *new)).with_vector(places.ravel()))
 
 
 def _behind_frames(problem: Problem, new: Effect) -> Problem:

@@ -37,7 +37,7 @@ def compare_programs(a: Program, b: Program, tolerance_mm: float, tolerance_deg:
     differences: list[Difference] = []
     compared, most_mm, most_deg = 0, 0.0, 0.0
     paired: dict[str, tuple[Ranks, Ranks]] = {}
-    for place, pairs in pair_statements((a, events_a), (b, events_b)).items():
+    for place, pairs in pair_statements(a, b, events_a, events_b).items():
         paired[place] = _ranks([y for x, y in pairs if x is not None]), _ranks([x for x, y in pairs if y is not None])
         for x, y in pairs:
             if x is None or y is None:
@@ -54,19 +54,18 @@ def compare_programs(a: Program, b: Program, tolerance_mm: float, tolerance_deg:
     return ProgramDiff(tuple(differences), compared, most_mm, most_deg, tolerance_mm, tolerance_deg)
 
 
-def pair_statements(
-    first: tuple[Program, Mapping[StatementKey, Sequence[MotionEvent]]],
-    second: tuple[Program, Mapping[StatementKey, Sequence[MotionEvent]]],
-) -> dict[str, list[tuple[MotionStatement | None, MotionStatement | None]]]:
-    """Pair the motion statements of two programs routine by routine (`pair_motions`).
+Executions = Mapping[StatementKey, Sequence[MotionEvent]]
+"""The events of each motion statement, in the order in which they run."""
+Pairs = list[tuple[MotionStatement | None, MotionStatement | None]]
+"""Motion statements of two programs in order; None in place of the partner of one that was added or removed."""
+
+
+def pair_statements(a: Program, b: Program, events_a: Executions, events_b: Executions) -> dict[str, Pairs]:
+    """Pair the motion statements of two programs routine by routine (`pair_motions`), by lower-case ``module.routine``.
 
     Args:
-        first, second: a program, and the executions of its statements by statement key.
-
-    Returns:
-        Pairs in order, by lower-case ``module.routine``.
+        events_a, events_b: executions of the statements of each program (`by_statement`).
     """
-    (a, events_a), (b, events_b) = first, second
     ours, theirs = _motions(a), _motions(b)
     places = dict.fromkeys([*ours, *theirs])
     return {place: pair_motions(ours.get(place, []), theirs.get(place, []), events_a, events_b) for place in places}
