@@ -32,17 +32,12 @@ class Version:
     path: Path
     place: Path
 
-    @property
-    def is_folder(self) -> bool:
-        """Whether it is a folder."""
-        return self.path.is_dir()
-
     def tasks(self, settings: Settings) -> dict[str, tuple[Path, list[Source]]]:
         """Return what runs together by the name of its task: where its first file stands, and all files.
 
         A file is one task, with an empty name, and brings what it needs of the files near it.
         """
-        if not self.is_folder:
+        if not self.path.is_dir():
             return {"": (self.place, self._named(read_task(read_program_file(str(self.path)), settings)[0]))}
         tasks = {}
         for task in discover(self.path)[0]:
@@ -53,11 +48,9 @@ class Version:
 
     def _named(self, sources: list[Source]) -> list[Source]:
         """Return the files by the names that the user knows them by."""
-        if self.path == self.place:
-            return sources
-        revision = self.name.partition(":")[0]
-        root = self.path.parents[len(self.place.parts) - 1]
-        return [replace(s, path=f"{revision}:{Path(s.path).relative_to(root).as_posix()}") for s in sources]
+        root = str(self.path).removesuffix(str(self.place))
+        revision = f"{self.name.partition(':')[0]}:" if root else ""
+        return [replace(source, path=revision + source.path.removeprefix(root)) for source in sources]
 
 
 @contextmanager

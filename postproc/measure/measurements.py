@@ -20,7 +20,7 @@ from postproc.measure.observations import Observation, observations
 
 ROWS = ("position", "T_frame_object", "rotation", "joint", "sigma")
 """Arrays of measurements that have a row for each."""
-TOUCHED = re.compile(rb"^# touched-up program: .* sha256 ([0-9a-f]{64})\s*$", re.MULTILINE)
+TOUCHED_PROGRAM = re.compile(rb"^# touched-up program: .* sha256 ([0-9a-f]{64})\s*$", re.MULTILINE)
 """Line of a table that names a program whose touch-ups it holds."""
 FEWEST_SETUPS = 3
 """Set-ups from which on one of them can be left out: fewer determine nothing of the arm without it."""
@@ -102,7 +102,7 @@ class Measurements:
     @property
     def touched_programs(self) -> tuple[str, ...]:
         """Hashes (SHA-256) of the touched-up programs that the tables name in their first lines."""
-        return tuple(m.decode() for source in self.sources for m in TOUCHED.findall(source.data))
+        return tuple(m.decode() for source in self.sources for m in TOUCHED_PROGRAM.findall(source.data))
 
     @cached_property
     def usable(self) -> NDArray[np.bool_]:

@@ -51,15 +51,13 @@ SAME_MM, FEWEST_SHIFTED = 0.005, 3
 """Difference below which two moves are one, and so many of them no chance: a hand jogs no two targets alike."""
 UNKNOWN_SHARE = 0.5
 """Standard deviation of the share of the deflection that touch-ups tell, from which they tell little."""
-EXPRESSION = "displaced in the statement (`Offs`, `RelTool`): it follows the target that was taught"
-SEVERAL = "used with several tools, work objects or loads: with which it was taught is not known"
+DISPLACED_IN_STATEMENT = "displaced in the statement (`Offs`, `RelTool`): it follows the target that was taught"
+SEVERAL_CONDITIONS = "used with several tools, work objects or loads: with which it was taught is not known"
 ROBOT_HOLDS = "the robot holds the work: the tool stands still"
 TURNED = "turned in place: the point is where it was"
-ANEW = f"moved by more than {FARTHEST_MM:g} mm: programmed anew"
+PROGRAMMED_ANEW = f"moved by more than {FARTHEST_MM:g} mm: programmed anew"
 JOINTS = "joint angles, which state no place of the work"
 POSTURE = "out of reach, or no known posture"
-
-Key = tuple[object, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -146,7 +144,7 @@ def find_touchups(nominal: Program, touched: Program, robot: Robot, station: Sta
     return TouchUps(single, shifted, omitted, len(uses), station)
 
 
-def _uses(one: MotionEvent, two: MotionEvent) -> Iterator[tuple[Key, TouchUp | str]]:
+def _uses(one: MotionEvent, two: MotionEvent) -> Iterator[tuple[tuple[object, ...], TouchUp | str]]:
     """Yield target and circle point of paired executions: the key of the target, and its two places or why it has none.
 
     The reason is empty for a target that was not changed.
@@ -154,7 +152,7 @@ def _uses(one: MotionEvent, two: MotionEvent) -> Iterator[tuple[Key, TouchUp | s
     points = [("to", one.target, two.target, one.target_origin, two.target_origin)]
     points += [("via", one.via, two.via, one.via_origin or Origin("runtime"), two.via_origin or Origin("runtime"))]
     for role, was, now, origin_was, origin in points:
-        key: Key = (origin.declaration, origin.spans) if origin.spans else (*two.statement.key, role)
+        key = (origin.declaration, origin.spans) if origin.spans else (*two.statement.key, role)
         if isinstance(was, JointTarget) and isinstance(now, JointTarget):
             yield key, JOINTS if was.robax != now.robax else ""
         if not isinstance(was, RobTarget) or not isinstance(now, RobTarget) or two.reason is not None:
@@ -169,10 +167,10 @@ def _uses(one: MotionEvent, two: MotionEvent) -> Iterator[tuple[Key, TouchUp | s
         turned = angle_between(before.rot, after.rot) >= TURNED_DEG
         reasons = {
             "": use.distance < TOUCHED_MM and not turned,
-            EXPRESSION: origin.root is not None or origin.kind in ("expression", "runtime"),
+            DISPLACED_IN_STATEMENT: origin.root is not None or origin.kind in ("expression", "runtime"),
             ROBOT_HOLDS: two.wobj.robhold or not two.tool.robhold,
             TURNED: use.distance < TOUCHED_MM,
-            ANEW: use.distance > FARTHEST_MM,
+            PROGRAMMED_ANEW: use.distance > FARTHEST_MM,
         }
         reason = next((reason for reason, applies in reasons.items() if applies), None)
         if reason is None:
@@ -191,7 +189,7 @@ def _one_of(uses: Sequence[TouchUp | str]) -> TouchUp | str:
     if reason or not touched:
         return reason
     conditions = {(u.event.tool, u.event.wobj, u.event.displacement, u.event.gripload) for u in touched}
-    return SEVERAL if len(conditions) > 1 or len(touched) < len(uses) else touched[0]
+    return SEVERAL_CONDITIONS if len(conditions) > 1 or len(touched) < len(uses) else touched[0]
 
 
 def _shifted(rows: Sequence[TouchUp]) -> NDArray[np.bool_]:

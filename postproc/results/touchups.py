@@ -8,9 +8,6 @@ from postproc.diagnostics import Diagnostic
 from postproc.measure.touchups import TouchUps
 from postproc.report.blocks import DataTable, Document, Figure, Section
 
-COLUMNS = ("target", "work object", "line", "dx [mm]", "dy [mm]", "dz [mm]", "distance [mm]")
-NOTE = "From where the nominal program says that the work is to where the target is now, in the work object."
-
 
 def touchups_document(
     name: str, touchups: TouchUps, deviation: float | None, findings: Sequence[Diagnostic]
@@ -25,6 +22,7 @@ def touchups_document(
         (use.name, use.event.wobj.name, use.event.statement.line, *use.moved.round(3).tolist(), round(use.distance, 3))
         for use in touchups.rows
     ]
+    columns = ("target", "work object", "line", "dx [mm]", "dy [mm]", "dz [mm]", "distance [mm]")
     keys = ("target", "wobj", "line", "dx_mm", "dy_mm", "dz_mm", "distance_mm")
     median = sorted(use.distance for use in touchups.rows)[len(rows) // 2]
     sentence = f"{len(rows)} of {touchups.compared} targets were taught anew, by {median:.2f} mm in the median"
@@ -34,6 +32,7 @@ def touchups_document(
         sentence += (
             f" They tell how far the arm yields to ± {100 * deviation:.0f} % of itself, if its joints yield alike."
         )
+    note = "From where the nominal program says that the work is to where the target is now, in the work object."
     omitted = DataTable("changed targets", ("targets", "why"), [(n, reason) for reason, n in touchups.omitted.items()])
     return Document(
         title=f"postproc touchups {name}",
@@ -49,5 +48,5 @@ def touchups_document(
         },
         sentence=sentence,
         figures=[Figure("targets taught anew", len(rows))],
-        sections=[Section("Touch-ups", [DataTable("touch-ups", COLUMNS, rows)], NOTE), Section("No rows", [omitted])],
+        sections=[Section("Touch-ups", [DataTable("touch-ups", columns, rows)], note), Section("No rows", [omitted])],
     )

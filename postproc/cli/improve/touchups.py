@@ -57,7 +57,7 @@ def run(
         raise PostprocError.of("CLI011", "`--wobj-free` and `--wobj-fixed` contradict each other", help=help_)
     with opened_version(nominal) as first, opened_version(touched or nominal) as second:
         check_outputs([first.path, second.path], output)
-        settings = stated.settings_at(second.place if second.is_folder else second.place.parent)
+        settings = stated.settings_at(second.place if second.path.is_dir() else second.place.parent)
         touchups, arm, sources = _compared(first, second, settings, originals=touched is None)
     deviation = None if arm is None or not arm.effects else share_deviation(touchups, arm, noise, not wobj_fixed)
     findings = list(touchup_findings(touchups, deviation, sources))
@@ -69,7 +69,7 @@ def run(
     title = short_names(*(name for name in (nominal, touched) if name is not None))
     present(touchups_document(title, touchups, deviation, findings), json=json, text=True, on_stderr=True)
     if output is not None and not json:
-        cell = settings.cell or (second.place if second.is_folder and touchups.station.joints else None)
+        cell = settings.cell or (second.place if second.path.is_dir() and touchups.station.joints else None)
         words = () if cell is None else ("--cell", cell)
         say_next("calibrates the arm", "fit", output, "--robot", arm.robot_name, *words, "-o", "arm.toml")
         say("compensate the nominal program with that model, never the touched-up one, which holds the error already")
@@ -93,7 +93,7 @@ def _compared(
     from postproc.measure.touchups import TouchUps, find_touchups, with_kept_originals
     from postproc.robot.cells.station import Station
 
-    if nominal.is_folder != touched.is_folder:
+    if nominal.path.is_dir() != touched.path.is_dir():
         text = f"of `{nominal.name}` and `{touched.name}` one is a folder"
         raise PostprocError.of("CLI003", text, help="name two programs, or two folders")
     before = nominal.tasks(settings)
