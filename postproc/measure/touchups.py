@@ -104,9 +104,8 @@ class TouchUps:
     def state(self) -> State:
         """States of the arm at the rows, with tool and load."""
         moves = [use.move for use in self.rows if use.move is not None]
-        q, T, mass, center = map(
-            np.array, zip(*((m.q, m.T_mount_tcp, m.payload_mass, m.payload_center) for m in moves), strict=True)
-        )
+        columns = ((m.q, m.T_mount_tcp, m.payload_mass, m.payload_center) for m in moves)
+        q, T, mass, center = map(np.array, zip(*columns, strict=True))
         return State(q, T_flange_tcp=T, payload_mass=mass, payload_center=center)
 
     def __add__(self, other: TouchUps) -> TouchUps:
@@ -155,10 +154,9 @@ def _uses(one: MotionEvent, two: MotionEvent) -> Iterator[tuple[tuple[object, ..
         key = (origin.declaration, origin.spans) if origin.spans else (*two.statement.key, role)
         if isinstance(was, JointTarget) and isinstance(now, JointTarget):
             yield key, JOINTS if was.robax != now.robax else ""
-        if not isinstance(was, RobTarget) or not isinstance(now, RobTarget) or two.reason is not None:
+        replaced = origin.declaration != origin_was.declaration
+        if not isinstance(was, RobTarget) or not isinstance(now, RobTarget) or two.reason is not None or replaced:
             continue
-        if origin.declaration != origin_was.declaration:
-            continue  # another target took its place
         places = (one.displacement, was), (two.displacement, now)
         before, after = (pose_mult(displacement, Pose(x.trans, x.rot)) for displacement, x in places)
         event = two if role == "to" else replace(two, target=now, via=None, first=True, resumes_from=None)

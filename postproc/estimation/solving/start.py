@@ -49,15 +49,12 @@ def _start_frames(problem: Problem) -> Problem:
     begun = _placed(problem, np.asarray(rows & ~np.isin(session, list(moved))))
     frame = begun.model.in_role(Role.INSTRUMENT_FRAME)
     assert frame is not None
-    known = begun.model.in_role(Role.SESSION_FRAMES)
-    steps: dict[str, Array] = {}
-    if known is not None:
-        names = vars(known)["session"]
-        steps = dict(zip(names, np.hstack(list(known.vector().reshape(2, len(names), 3))), strict=True))
+    known = begun.model.in_role(Role.SESSION_FRAMES) or effect_in_role(Role.SESSION_FRAMES).null(session=())
+    names = vars(known)["session"]
+    steps = dict(zip(names, np.hstack(list(known.vector().reshape(2, len(names), 3))), strict=True))
     steps |= {name: _vector(place) - frame.vector() for name, place in moved.items()}
     step = np.array(list(steps.values()))
-    frames = effect_in_role(Role.SESSION_FRAMES).null(session=tuple(steps))
-    frames = frames.with_vector(np.concatenate([step[:, :3].ravel(), step[:, 3:].ravel()]))
+    frames = known.null(session=tuple(steps)).with_vector(np.concatenate([step[:, :3].ravel(), step[:, 3:].ravel()]))
     others = [e for e in begun.model.effects if e.role not in (Role.INSTRUMENT_FRAME, Role.SESSION_FRAMES)]
     # Frames come first: what does the same as they (joint 1) is not fitted.
     return begun.at([frame, frames, *others])
