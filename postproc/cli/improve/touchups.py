@@ -96,7 +96,7 @@ def _compared(
     if nominal.path.is_dir() != touched.path.is_dir():
         text = f"of `{nominal.name}` and `{touched.name}` one is a folder"
         raise PostprocError.of("CLI003", text, help="name two programs, or two folders")
-    before = nominal.tasks(settings)
+    before = {} if originals else nominal.tasks(settings)
     arms: dict[str, Model] = {}
     total, files = TouchUps(), list[Source]()
     for task, (place, sources) in touched.tasks(settings).items():

@@ -126,14 +126,13 @@ def _compare(first: Side, second: Side) -> Difference:
                 angle = max(angle or 0.0, angle_between(p.rot, q.rot))
                 if p.robconf != q.robconf:
                     conf = (p.robconf, q.robconf)
-                if p.extax != q.extax:
-                    texts["external axes"] = (str(p.extax), str(q.extax))
             elif isinstance(p, JointTarget) and isinstance(q, JointTarget):
                 angle = max(angle or 0.0, *(abs(m - n) for m, n in zip(p.robax, q.robax, strict=True)))
-                if p.extax != q.extax:
-                    texts["external axes"] = (str(p.extax), str(q.extax))
             elif p != q:
                 texts["target"] = (_shown(p), _shown(q))
+                continue
+            if p is not None and q is not None and p.extax != q.extax:
+                texts["external axes"] = (str(p.extax), str(q.extax))
         texts.update(_values(one, two))
     known = _roles_by_value(*first) & _roles_by_value(*second)
     texts.update({role: pair for role, pair in _arguments(x, y).items() if role not in known})
@@ -287,9 +286,8 @@ def compare_statements(a: Program, b: Program, paired: Mapping[str, tuple[Ranks,
     for kind, routine in unpaired.values():
         line = routine.source.row(routine.span[0])
         lines = (line, None) if kind == "removed" else (None, line)
-        yield Difference(
-            kind, "statement", f"{routine.module}.{routine.name}", f"{routine.kind} {routine.name}", *lines
-        )
+        text = f"{routine.kind} {routine.name}"
+        yield Difference(kind, "statement", f"{routine.module}.{routine.name}", text, *lines)
     for place in dict.fromkeys([*ours, *theirs]):
         if place in unpaired:
             continue
