@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import io
+import shutil
 import subprocess
-import tarfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -33,22 +32,12 @@ class Version:
     path: Path
     place: Path
 
-    @property
-    def is_folder(self) -> bool:
-        """Whether it is a folder."""
-        return self.path.is_dir()
-
-    @property
-    def home(self) -> Path:
-        """Folder from which on settings are looked for."""
-        return self.place if self.is_folder else self.place.parent
-
     def tasks(self, settings: Settings) -> dict[str, tuple[Path, list[Source]]]:
         """Return what runs together by the name of its task: where its first file stands, and all files.
 
         A file is one task, with an empty name, and brings what it needs of the files near it.
         """
-        if not self.is_folder:
+        if not self.path.is_dir():
             return {"": (self.place, self._named(read_task(read_program_file(str(self.path)), settings)[0]))}
         tasks = {}
         for task in discover(self.path)[0]:
@@ -59,11 +48,9 @@ class Version:
 
     def _named(self, sources: list[Source]) -> list[Source]:
         """Return the files by the names that the user knows them by."""
-        if self.path == self.place:
-            return sources
-        revision = self.name.partition(":")[0]
-        root = self.path.parents[len(self.place.parts) - 1]
-        return [replace(s, path=f"{revision}:{Path(s.path).relative_to(root).as_posix()}") for s in sources]
+        root = str(self.path).removesuffix(str(self.place))
+        revision = f"{self.name.partition(':')[0]}:" if root else ""
+        return [replace(source, path=revision + source.path.removeprefix(root)) for source in sources]
 
 
 @contextmanager
@@ -77,17 +64,17 @@ def opened_version(name: str) -> Iterator[Version]:
     if name == "-" or Path(name).exists() or not inside:
         yield Version(name, Path(name), Path(name))
         return
+    place = Path(inside)
     with TemporaryDirectory() as folder:
-        place = Path(inside)
-        kind = _git(name, "cat-file", "-t", f"{revision}:./{place.as_posix()}").decode().strip()
+        kind = _git(name, "cat-file", "-t", f"{revision}:./{place.as_posix()}").strip()
         wanted = place if kind == "tree" else place.parent
-        archive = _git(name, "archive", "--format=tar", revision, "--", wanted.as_posix())
-        with tarfile.open(fileobj=io.BytesIO(archive)) as files:
-            files.extractall(folder, filter="data")
-        yield Version(name, Path(folder) / place, place)
+        archive = f"{folder}/archive.tar"
+        _git(name, "archive", "-o", archive, revision, "--", wanted.as_posix())
+        shutil.unpack_archive(archive, f"{folder}/files", filter="data")
+        yield Version(name, Path(folder, "files", place), place)
 
 
-def _git(name: str, *words: str) -> bytes:
+def _git(name: str, *words: str) -> str:
     """Return what git prints.
 
     Raises:
@@ -96,10 +83,9 @@ def _git(name: str, *words: str) -> bytes:
     try:
         if name.startswith("-"):
             raise OSError("a revision does not begin with `-`")
-        return subprocess.run(["git", *words], capture_output=True, check=True).stdout
+        return subprocess.run(["git", *words], capture_output=True, check=True, text=True, errors="replace").stdout
     except (OSError, subprocess.CalledProcessError) as error:
-        why = getattr(error, "stderr", b"").decode("utf-8", "replace").strip().split("\n")[-1] or str(error)
+        why = getattr(error, "stderr", "").strip().split("\n")[-1] or str(error)
+        text = f"there is no file `{name}`, and no such revision: {why}"
         help_ = "name a file, a folder, or REVISION:PATH as git knows it, such as `HEAD~3:cell/seam.mod`"
-        raise PostprocError.of(
-            "CLI002", f"there is no file `{name}`, and no such revision: {why}", help=help_
-        ) from None
+        raise PostprocError.of("CLI002", text, help=help_) from None

@@ -6,25 +6,42 @@ go with the place that the first version states: one measurement of the arm, in 
 
 from __future__ import annotations
 
+import csv
+import io
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from hashlib import sha256
+from itertools import compress
+from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
-from postproc.arrays import Array
-from postproc.diagnostics import Source, Span
+from postproc.arrays import Array, invert
+from postproc.channels.state import State
+from postproc.compensation.correction.rigid_shift import fit_rigid
+from postproc.diagnostics import Diagnostic, Source
+from postproc.grouping import grouped
+from postproc.measure.read import columns as names
+from postproc.model.arm import Model
+from postproc.model.equilibrium import predict
 from postproc.motion.path.moves import read_moves
-from postproc.motion.path.places import place_events
+from postproc.motion.path.places import NOWHERE, place_events, unit_of
 from postproc.motion.values import Move
 from postproc.rapid.data.events import MotionEvent, Origin
 from postproc.rapid.data.pose import pose_mult
 from postproc.rapid.data.records import JointTarget, Pose, RobTarget
 from postproc.rapid.diff.compare import angle_between, by_statement, pair_statements
 from postproc.rapid.execution.walk import walk
+from postproc.rapid.motions.units import MM, object_matrix
 from postproc.rapid.program.program import Program
+from postproc.rapid.syntax.spans import Edit, edited
 from postproc.robot.arm import Robot
 from postproc.robot.cells.station import Station
+from postproc.robot.kinematics import forward
+from postproc.robot.pose import transform
 
 TOUCHED_MM, TURNED_DEG = 0.05, 0.05
 """Distance and angle from which a target was touched up: pendants write hundredths of a millimetre."""
@@ -32,15 +49,15 @@ FARTHEST_MM = 50.0
 """Distance beyond which a target was programmed anew: no arm is so far off."""
 SAME_MM, FEWEST_SHIFTED = 0.005, 3
 """Difference below which two moves are one, and so many of them no chance: a hand jogs no two targets alike."""
-EXPRESSION = "displaced in the statement (`Offs`, `RelTool`): it follows the target that was taught"
-SEVERAL = "used with several tools, work objects or loads: with which it was taught is not known"
+UNKNOWN_SHARE = 0.5
+"""Standard deviation of the share of the deflection that touch-ups tell, from which they tell little."""
+DISPLACED_IN_STATEMENT = "displaced in the statement (`Offs`, `RelTool`): it follows the target that was taught"
+SEVERAL_CONDITIONS = "used with several tools, work objects or loads: with which it was taught is not known"
 ROBOT_HOLDS = "the robot holds the work: the tool stands still"
 TURNED = "turned in place: the point is where it was"
-ANEW = f"moved by more than {FARTHEST_MM:g} mm: programmed anew"
+PROGRAMMED_ANEW = f"moved by more than {FARTHEST_MM:g} mm: programmed anew"
 JOINTS = "joint angles, which state no place of the work"
 POSTURE = "out of reach, or no known posture"
-
-Key = tuple[object, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,7 +67,7 @@ class TouchUp:
     Args:
         name: as the motion statement has it. event: of the touched program, to that target.
         nominal: (3,) where the nominal program says that the work is, in the work object [mm].
-        moved: (3,) from there to the touched target [mm], in the work object. turned: angle between both [deg].
+        moved: (3,) from there to the touched target [mm], in the work object.
         move: joint angles, tool and load there; None where the arm has no known posture.
     """
 
@@ -58,7 +75,6 @@ class TouchUp:
     event: MotionEvent
     nominal: Array
     moved: Array
-    turned: float
     move: Move | None = None
 
     @property
@@ -84,6 +100,14 @@ class TouchUps:
     compared: int = 0
     station: Station = Station()
 
+    @property
+    def state(self) -> State:
+        """States of the arm at the rows, with tool and load."""
+        moves = [use.move for use in self.rows if use.move is not None]
+        columns = ((m.q, m.T_mount_tcp, m.payload_mass, m.payload_center) for m in moves)
+        q, T, mass, center = map(np.array, zip(*columns, strict=True))
+        return State(q, T_flange_tcp=T, payload_mass=mass, payload_center=center)
+
     def __add__(self, other: TouchUps) -> TouchUps:
         """Return what this and another pair of programs tell together."""
         rows, shifted = self.rows + other.rows, self.shifted + other.shifted
@@ -98,35 +122,28 @@ def find_touchups(nominal: Program, touched: Program, robot: Robot, station: Sta
     """
     first, every = by_statement(walk(nominal)), place_events(walk(touched), station)
     second = by_statement(every)
-    uses: dict[Key, list[TouchUp | str]] = {}
-    for routine in pair_statements((nominal, first), (touched, second)).values():
-        for x, y in routine:
-            if x is not None and y is not None:
-                for one, two in zip(first.get(x.key, []), second.get(y.key, []), strict=False):
-                    for key, use in _uses(one, two):
-                        uses.setdefault(key, []).append(use)
-    omitted, taught = Counter[str](), list[TouchUp]()
-    for several in uses.values():
-        only = _one_of(several)
-        if isinstance(only, str):
-            omitted[only] += 1
-        elif only is not None:
-            taught.append(only)
-    # The chain of the whole program tells the posture where confdata do not.
-    index = {id(event): i for i, event in enumerate(every)}
-    some = [use.event for use in taught]
-    circle_points = [event for event in some if id(event) not in index]
-    index |= {id(event): len(every) + i for i, event in enumerate(circle_points)}
-    moves = {move.row: move for move in read_moves(robot, [*every, *circle_points], station=station)[0]}
-    placed = [replace(use, move=moves.get(index[id(use.event)])) for use in taught]
-    omitted += Counter({POSTURE: sum(use.move is None for use in placed)})
-    rows = [use for use in placed if use.move is not None]
-    pairs = list(zip(rows, _shifted(rows), strict=True))
-    single, together = (tuple(use for use, along in pairs if along is so) for so in (False, True))
-    return TouchUps(single, together, omitted, len(uses), station)
+    uses = grouped(
+        use
+        for pairs in pair_statements(nominal, touched, first, second).values()
+        for x, y in pairs
+        if x is not None and y is not None
+        for one, two in zip(first.get(x.key, []), second.get(y.key, []), strict=False)
+        for use in _uses(one, two)
+    )
+    results = [_one_of(several) for several in uses.values()]
+    taught = [use for use in results if isinstance(use, TouchUp)]
+    # The chain of the whole program tells the posture where confdata do not; circle points stand behind it.
+    chain = list({id(event): event for event in [*every, *(use.event for use in taught)]}.values())
+    moves = {id(chain[move.row]): move for move in read_moves(robot, chain, station=station)[0]}
+    rows = [replace(use, move=moves[id(use.event)]) for use in taught if id(use.event) in moves]
+    omitted = Counter(reason for reason in results if isinstance(reason, str) and reason)
+    omitted += Counter({POSTURE: len(taught) - len(rows)})
+    together = _shifted(rows)
+    single, shifted = tuple(compress(rows, ~together)), tuple(compress(rows, together))
+    return TouchUps(single, shifted, omitted, len(uses), station)
 
 
-def _uses(one: MotionEvent, two: MotionEvent) -> Iterator[tuple[Key, TouchUp | str]]:
+def _uses(one: MotionEvent, two: MotionEvent) -> Iterator[tuple[tuple[object, ...], TouchUp | str]]:
     """Yield target and circle point of paired executions: the key of the target, and its two places or why it has none.
 
     The reason is empty for a target that was not changed.
@@ -134,83 +151,170 @@ def _uses(one: MotionEvent, two: MotionEvent) -> Iterator[tuple[Key, TouchUp | s
     points = [("to", one.target, two.target, one.target_origin, two.target_origin)]
     points += [("via", one.via, two.via, one.via_origin or Origin("runtime"), two.via_origin or Origin("runtime"))]
     for role, was, now, origin_was, origin in points:
-        key: Key = (origin.declaration, origin.spans) if origin.spans else (*two.statement.key, role)
+        key = (origin.declaration, origin.spans) if origin.spans else (*two.statement.key, role)
         if isinstance(was, JointTarget) and isinstance(now, JointTarget):
             yield key, JOINTS if was.robax != now.robax else ""
-        if not isinstance(was, RobTarget) or not isinstance(now, RobTarget) or two.reason is not None:
+        replaced = origin.declaration != origin_was.declaration
+        if not isinstance(was, RobTarget) or not isinstance(now, RobTarget) or two.reason is not None or replaced:
             continue
-        if origin.declaration != origin_was.declaration:
-            continue  # another target took its place
-        change = _change(one, two, was, now)
-        if max(change.distance / TOUCHED_MM, change.turned / TURNED_DEG) < 1:
-            yield key, ""
-        elif origin.root is not None or origin.kind in ("expression", "runtime"):
-            yield (*key, "displaced"), EXPRESSION
-        elif two.wobj.robhold or not two.tool.robhold:
-            yield key, ROBOT_HOLDS
-        elif change.distance < TOUCHED_MM:
-            yield key, TURNED
-        elif change.distance > FARTHEST_MM:
-            yield key, ANEW
-        else:
-            event = two if role == "to" else replace(two, target=now, via=None, first=True, resumes_from=None)
-            span = two.statement.span_of(role)
-            source = two.statement.source if origin.handed is None else origin.handed.source
-            text = source.data[slice(*(span if origin.handed is None else origin.handed.span))].decode("latin-1")
-            name = text.strip() if text.strip()[0] not in "[*" else f"line {source.row(span[0])}"
-            yield key, replace(change, name=name, event=event)
+        places = (one.displacement, was), (two.displacement, now)
+        before, after = (pose_mult(displacement, Pose(x.trans, x.rot)) for displacement, x in places)
+        event = two if role == "to" else replace(two, target=now, via=None, first=True, resumes_from=None)
+        nominal = np.array(before.trans)
+        use = TouchUp("", event, nominal, np.array(after.trans) - nominal)
+        turned = angle_between(before.rot, after.rot) >= TURNED_DEG
+        reasons = {
+            "": use.distance < TOUCHED_MM and not turned,
+            DISPLACED_IN_STATEMENT: origin.root is not None or origin.kind in ("expression", "runtime"),
+            ROBOT_HOLDS: two.wobj.robhold or not two.tool.robhold,
+            TURNED: use.distance < TOUCHED_MM,
+            PROGRAMMED_ANEW: use.distance > FARTHEST_MM,
+        }
+        reason = next((reason for reason, applies in reasons.items() if applies), None)
+        if reason is None:
+            source, span = two.statement.source, two.statement.span_of(role)
+            if origin.handed is not None:
+                source, span = origin.handed.source, origin.handed.span
+            text = source.data[slice(*span)].decode("latin-1").strip()
+            use = replace(use, name=text if text[0] not in "[*" else f"line {source.row(span[0])}")
+        yield key, use if reason is None else reason
 
 
-def _change(one: MotionEvent, two: MotionEvent, was: RobTarget, now: RobTarget) -> TouchUp:
-    """Return both places of a target in its work object, program displacements included, without a name."""
-    before = pose_mult(one.displacement, Pose(was.trans, was.rot))
-    after = pose_mult(two.displacement, Pose(now.trans, now.rot))
-    nominal = np.array(before.trans)
-    return TouchUp("", two, nominal, np.array(after.trans) - nominal, angle_between(before.rot, after.rot))
-
-
-def _one_of(uses: Sequence[TouchUp | str]) -> TouchUp | str | None:
-    """Return the touch-up that the uses of one target have in common, or why there is none; None if not changed."""
-    changed = [use for use in uses if use]
-    if not changed:
-        return None
-    reason = next((use for use in changed if isinstance(use, str)), None)
-    if reason is not None:
+def _one_of(uses: Sequence[TouchUp | str]) -> TouchUp | str:
+    """Return the touch-up that the uses of one target have in common, or why there is none; empty if not changed."""
+    touched = [use for use in uses if isinstance(use, TouchUp)]
+    reason = next((use for use in uses if isinstance(use, str) and use), "")
+    if reason or not touched:
         return reason
-    touched = [use for use in changed if isinstance(use, TouchUp)]
     conditions = {(u.event.tool, u.event.wobj, u.event.displacement, u.event.gripload) for u in touched}
-    return SEVERAL if len(conditions) > 1 or len(changed) < len(uses) else touched[0]
+    return SEVERAL_CONDITIONS if len(conditions) > 1 or len(touched) < len(uses) else touched[0]
 
 
-def _shifted(rows: Sequence[TouchUp]) -> list[bool]:
-    """Return for each touch-up whether `FEWEST_SHIFTED` places of its work object were moved by the same vector."""
+def _shifted(rows: Sequence[TouchUp]) -> NDArray[np.bool_]:
+    """Return (n,) whether `FEWEST_SHIFTED` places of its work object were moved by the same vector as a touch-up."""
     wobj = np.array([use.event.wobj.name for use in rows])
     moved, nominal = (np.array(x).reshape(-1, 3) for x in ([u.moved for u in rows], [u.nominal for u in rows]))
-    result = []
+    result = np.zeros(len(rows), dtype=bool)
     for k in range(len(rows)):
         same = (np.abs(moved - moved[k]).max(axis=1) < SAME_MM) & (wobj == wobj[k])
-        result.append(len(np.unique(np.round(nominal[same], 3), axis=0)) >= FEWEST_SHIFTED)
+        result[k] = len(np.unique(np.round(nominal[same], 3), axis=0)) >= FEWEST_SHIFTED
     return result
 
 
 def with_kept_originals(program: Program) -> list[Source]:
     """Return the files of a program with every touched-up target as it was before.
 
-    ABB's option Absolute Limit ModPos keeps the original of a target `p50` beside it, as `o_p50`.
+    ABB's option Absolute Limit ModPos keeps the original of a target `p50` in the same module, as `o_p50`.
     """
-    names = {d.key: d for d in program.declarations if d.init and d.type == "robtarget"}
-    edits: dict[str, list[tuple[Span, bytes]]] = {}
-    for key, original in names.items():
+    spans = {d.key: (d.source, d.init) for d in program.declarations if d.init and d.type == "robtarget"}
+    edits: dict[str, list[Edit]] = {}
+    for key, (source, init) in spans.items():
         scope, _, name = key.rpartition(".")
-        touched = names.get(f"{scope}.{name.removeprefix('o_')}") if name.startswith("o_") else None
-        if touched is not None and touched.init and original.init:
-            text = original.source.data[slice(*original.init)]
-            edits.setdefault(touched.source.path, []).append((touched.init, text))
-    return [replace(source, data=_edited(source.data, edits.get(source.path, ()))) for source in program.sources]
+        original = spans.get(f"{scope}.o_{name}")
+        if original is not None:
+            text = original[0].data[slice(*original[1])]
+            edits.setdefault(source.path, []).append(Edit(*init, text))
+    return [replace(s, data=b"".join(edited(s.data, edits.get(s.path, ())))) for s in program.sources]
 
 
-def _edited(data: bytes, edits: Sequence[tuple[Span, bytes]]) -> bytes:
-    """Return the bytes with each span replaced by a text."""
-    for (start, end), text in sorted(edits, reverse=True):
-        data = data[:start] + text + data[end:]
-    return data
+def touchup_table(touchups: TouchUps, sources: Sequence[Source], noise_mm: float, free: bool) -> str:
+    """Return the rows of touch-ups as a measurement table (CSV), headed by the programs that they came from.
+
+    Args:
+        sources: files of the touched programs. noise_mm: standard deviation of a touch-up per axis.
+        free: points are in their work objects, each of which is a session with a place of its own; else in the frame in
+            which the work objects stand.
+    """
+    state = touchups.state
+    T_object = np.array([_placed(use, touchups.station) for use in touchups.rows])
+    T_point = transform(np.array([use.nominal for use in touchups.rows]) * MM)
+    if not free:
+        T_object, T_point = np.tile(np.eye(4), (len(state), 1, 1)), T_object @ T_point
+    blocks = [
+        (names.JOINT_COLUMNS, np.degrees(state.q), ".6f"),
+        (names.POSITION, T_point[:, :3, 3] / MM, ".4f"),
+        (names.TOOL_POSITION, state.T_flange_tcp[:, :3, 3] / MM, ".4f"),
+        (names.TOOL_ORIENTATION, _quaternions(state.T_flange_tcp), ".9f"),
+        (names.PAYLOAD_COLUMNS[:1], np.asarray(state.payload_mass)[:, None], ".6g"),
+        (names.PAYLOAD_COLUMNS[1:], np.asarray(state.payload_center) / MM, ".3f"),
+        (("sigma_mm",), np.full((len(state), 1), noise_mm), "g"),
+        (names.EXTERNAL_AXES, np.array([use.event.axes or NOWHERE for use in touchups.rows]), ".6g"),
+        (names.OBJECT_POSITION, T_object[:, :3, 3] / MM, ".4f"),
+        (names.OBJECT_ORIENTATION, _quaternions(T_object), ".9f"),
+    ]
+    columns = {"pose_id": [use.name for use in touchups.rows]}
+    for header, values, form in blocks:
+        cells = [[format(x, form) if np.isfinite(x) else "" for x in column] for column in values.T.tolist()]
+        columns |= {name: column for name, column in zip(header, cells, strict=True) if any(column)}
+    if free:
+        columns["session"] = [use.event.wobj.name for use in touchups.rows]
+    out = io.StringIO()
+    for source in sources:
+        out.write(f"# touched-up program: {Path(source.path).name} sha256 {sha256(source.data).hexdigest()}\n")
+    csv.writer(out, lineterminator="\n").writerows([columns, *zip(*columns.values(), strict=True)])
+    return out.getvalue()
+
+
+def share_deviation(touchups: TouchUps, model: Model, noise_mm: float, free: bool) -> float:
+    """Return the standard deviation of the share of the arm's expected deflection that touch-ups tell.
+
+    With d_i the deflection of the model at a row, less the rigid motion of its work object that fits them best where
+    that is free, and s the noise, a factor k of all deflections is known to s / sqrt(sum |d_i|^2).
+    """
+    state, wobj = touchups.state, np.array([use.event.wobj.name for use in touchups.rows])
+    nominal = (forward(model.robot, state.q) @ state.T_flange_tcp)[:, :3, 3]
+    deflection = predict(Model(model.robot, model.effects, model.R_world_base), state)[:, :3, 3] - nominal
+    for rows in (wobj == name for name in set(wobj.tolist()) if free):
+        center, shift, turn = fit_rigid(nominal[rows], deflection[rows])
+        deflection[rows] -= shift + np.cross(turn, nominal[rows] - center)
+    squares = np.sum(deflection**2)
+    return float(noise_mm * MM / np.sqrt(squares)) if squares > 0 else np.inf
+
+
+def touchup_findings(touchups: TouchUps, deviation: float | None, sources: Sequence[Source]) -> Iterator[Diagnostic]:
+    """Yield what touch-ups cannot tell: targets that were moved together (DAT050), too few postures (DAT051).
+
+    DAT052 (error) where no target was touched up.
+
+    Args:
+        deviation: of `share_deviation`, None where no model is known. sources: files of the touched programs.
+    """
+    moves = grouped(((u.event.wobj.name, tuple(np.round(u.moved, 2).tolist())), u) for u in touchups.shifted)
+    for (wobj, vector), some in moves.items():
+        message = (
+            f"{len(some)} targets in `{wobj}` were moved by the same vector {list(vector)} mm: whether the arm or "
+        )
+        message += "the work was off cannot be told, and they give no rows"
+        help_ = "touch up each of these targets by itself, or correct the work object in place of its targets"
+        statement = some[0].event.statement
+        yield Diagnostic("DAT050", "warning", message, statement.source, statement.span, help_)
+    if not touchups.rows and not moves:
+        reasons = "; ".join(f"{count} {reason}" for reason, count in touchups.omitted.items())
+        message = f"none of {touchups.compared} targets was touched up" + (f": {reasons}" if reasons else "")
+        help_ = "name the version before and the one after touching up, in this order; both need the same routines"
+        yield Diagnostic("DAT052", "error", message, help=help_)
+    if deviation is not None and deviation > UNKNOWN_SHARE:
+        message = (
+            f"these {len(touchups.rows)} postures hardly tell the arm from the place of its work: how far the arm "
+        )
+        message += (
+            f"yields is known to {100 * min(deviation, 9.99):.0f} % of itself, for a shift of the work does the same"
+        )
+        help_ = "add targets near and far, high and low; or say `--wobj-fixed` where the place of the work was measured"
+        yield Diagnostic("DAT051", "warning", message, next(iter(sources), None), help=help_)
+
+
+def _placed(use: TouchUp, station: Station) -> Array:
+    """Return the work object (4, 4) [m] of a touch-up in the frame of tables: the unit that carries work, or the world.
+
+    Axes that nobody states stand at 0, as for a table without their columns.
+    """
+    positions = station.positions(np.nan_to_num([use.event.axes or NOWHERE]))
+    units = unit_of(use.event), station.work
+    frame, reference = (np.eye(4) if unit is None else station.world(unit, positions)[0] for unit in units)
+    return np.asarray(invert(reference) @ frame @ object_matrix(use.event.wobj))
+
+
+def _quaternions(T: Array) -> Array:
+    """Return the orientations (n, 4) of poses (n, 4, 4), scalar first."""
+    return np.asarray(Rotation.from_matrix(T[:, :3, :3]).as_quat(canonical=True, scalar_first=True))

@@ -14,16 +14,18 @@ from postproc.identification.add import fit_effects
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.table import read_measurements
 from postproc.measure.read.terms import Reading
-from postproc.measure.touchup_table import share_deviation, touchup_findings, touchup_table
 from postproc.measure.touchups import (
-    ANEW,
-    EXPRESSION,
+    DISPLACED_IN_STATEMENT,
     JOINTS,
+    PROGRAMMED_ANEW,
     ROBOT_HOLDS,
-    SEVERAL,
+    SEVERAL_CONDITIONS,
     TURNED,
     TouchUps,
     find_touchups,
+    share_deviation,
+    touchup_findings,
+    touchup_table,
     with_kept_originals,
 )
 from postproc.model.arm import Model
@@ -88,7 +90,7 @@ def test_a_touched_target_has_its_joints_now_and_its_place_before() -> None:
     [
         (target(400.04), ""),
         (target(turn="0,1,0.01,0"), TURNED),
-        (target(460), ANEW),
+        (target(460), PROGRAMMED_ANEW),
         (target(400.05, turn="0,1,0.01,0"), None),
         (target(449), None),
     ],
@@ -103,10 +105,18 @@ def test_what_is_no_touch_up_gives_no_row(touched: str, reason: str | None) -> N
     ("lines", "rows", "omitted"),
     [
         (["MoveL p,v100,fine,tA\\WObj:=wA;", "MoveL p,v50,fine,tA\\WObj:=wA;"], 1, {}),
-        (["MoveL p,v100,fine,tA\\WObj:=wA;", "MoveL Offs(p,0,0,50),v50,fine,tA\\WObj:=wA;"], 1, {EXPRESSION: 1}),
-        (["MoveL RelTool(p,0,0,-50),v50,fine,tA\\WObj:=wA;"], 0, {EXPRESSION: 1}),
-        (["MoveL p,v100,fine,tA\\WObj:=wA;", "MoveL p,v50,fine,tB\\WObj:=wA;"], 0, {SEVERAL: 1}),
-        (["MoveL p,v100,fine,tA\\WObj:=wA;", "GripLoad part;", "MoveL p,v50,fine,tA\\WObj:=wA;"], 0, {SEVERAL: 1}),
+        (
+            ["MoveL p,v100,fine,tA\\WObj:=wA;", "MoveL Offs(p,0,0,50),v50,fine,tA\\WObj:=wA;"],
+            1,
+            {DISPLACED_IN_STATEMENT: 1},
+        ),
+        (["MoveL RelTool(p,0,0,-50),v50,fine,tA\\WObj:=wA;"], 0, {DISPLACED_IN_STATEMENT: 1}),
+        (["MoveL p,v100,fine,tA\\WObj:=wA;", "MoveL p,v50,fine,tB\\WObj:=wA;"], 0, {SEVERAL_CONDITIONS: 1}),
+        (
+            ["MoveL p,v100,fine,tA\\WObj:=wA;", "GripLoad part;", "MoveL p,v50,fine,tA\\WObj:=wA;"],
+            0,
+            {SEVERAL_CONDITIONS: 1},
+        ),
         (["MoveL p,v100,fine,tStands\\WObj:=wHeld;"], 0, {ROBOT_HOLDS: 1}),
         (["MoveJ p2,v100,fine,tA\\WObj:=wA;", "MoveC p,p3,v50,fine,tA\\WObj:=wA;"], 1, {}),
         (["rTo p;"], 1, {}),

@@ -15,7 +15,6 @@ from postproc.diagnostics import PostprocError
 from postproc.files import real
 
 if TYPE_CHECKING:
-    from postproc.rapid.program.program import Program
     from postproc.report.blocks import Document
 
 
@@ -63,9 +62,12 @@ def _files(a: str, b: str, near: tuple[float, float]) -> tuple[Document, bool]:
     from postproc.rapid.diff.compare import compare_programs
     from postproc.results.difference import difference_document
 
-    one, two = _read(a), _read(b)
+    programs = []
+    for name in (a, b):
+        programs.append(sound_program(read_source(name)))
+        show(programs[-1].diagnostics)
     with watching(f"comparing `{a}` and `{b}`"):
-        difference = compare_programs(one, two, *near)
+        difference = compare_programs(programs[0], programs[1], *near)
     return difference_document(Path(a).name, Path(b).name, difference), difference.equal
 
 
@@ -87,14 +89,3 @@ def _folders(a: Path, b: Path, near: tuple[float, float], report: Path | None) -
     with watching("comparing") as watch:
         differences = compare_folders(a, b, *near, watch)
     return folders_document(str(a), str(b), differences, near), all(file.status == "equal" for file in differences)
-
-
-def _read(name: str) -> Program:
-    """Read a program and print its findings.
-
-    Raises:
-        PostprocError: there is an error among them, or the file cannot be read.
-    """
-    program = sound_program(read_source(name))
-    show(program.diagnostics)
-    return program

@@ -15,7 +15,7 @@ from postproc.cli.program_options import ProgramOptions
 from postproc.cli.programs import settled, sound_program
 from postproc.cli.progress import watching
 from postproc.cli.versions import Version, opened_version
-from postproc.diagnostics import Diagnostic, PostprocError, Source, joined
+from postproc.diagnostics import PostprocError, Source, joined
 
 if TYPE_CHECKING:
     from postproc.measure.touchups import TouchUps
@@ -49,7 +49,7 @@ def run(
         output: CSV file to write. Default: stdout.
         json: print the postproc/touchups/1 document.
     """
-    from postproc.measure.touchup_table import share_deviation, touchup_findings, touchup_table
+    from postproc.measure.touchups import share_deviation, touchup_findings, touchup_table
     from postproc.results.touchups import touchups_document
 
     if wobj_free and wobj_fixed:
@@ -57,19 +57,19 @@ def run(
         raise PostprocError.of("CLI011", "`--wobj-free` and `--wobj-fixed` contradict each other", help=help_)
     with opened_version(nominal) as first, opened_version(touched or nominal) as second:
         check_outputs([first.path, second.path], output)
-        settings = stated.settings_at(second.home)
-        touchups, arm, sources = _compared(first if touched is not None else None, second, settings)
+        settings = stated.settings_at(second.place if second.path.is_dir() else second.place.parent)
+        touchups, arm, sources = _compared(first, second, settings, originals=touched is None)
     deviation = None if arm is None or not arm.effects else share_deviation(touchups, arm, noise, not wobj_fixed)
     findings = list(touchup_findings(touchups, deviation, sources))
-    if arm is None or not touchups.rows:
-        raise PostprocError([replace(d, severity="error") for d in findings] or [_nothing(touchups)], 1)
+    if arm is None:
+        raise PostprocError([replace(finding, severity="error") for finding in findings], 1)
     show(findings)
     if output is not None or not json:
         write(output, touchup_table(touchups, sources, noise, not wobj_fixed))
     title = short_names(*(name for name in (nominal, touched) if name is not None))
     present(touchups_document(title, touchups, deviation, findings), json=json, text=True, on_stderr=True)
     if output is not None and not json:
-        cell = settings.cell or (second.place if second.is_folder and touchups.station.joints else None)
+        cell = settings.cell or (second.place if second.path.is_dir() and touchups.station.joints else None)
         words = () if cell is None else ("--cell", cell)
         say_next("calibrates the arm", "fit", output, "--robot", arm.robot_name, *words, "-o", "arm.toml")
         say("compensate the nominal program with that model, never the touched-up one, which holds the error already")
@@ -77,31 +77,34 @@ def run(
 
 
 def _compared(
-    nominal: Version | None, touched: Version, settings: Settings
+    nominal: Version, touched: Version, settings: Settings, originals: bool
 ) -> tuple[TouchUps, Model | None, list[Source]]:
     """Return the touch-ups of all tasks that differ, the model of their arm, and the files that were touched up.
 
     Args:
-        nominal: the version before; None where the touched one keeps the originals of its targets.
+        originals: the touched version keeps the originals of its targets, which are compared with those.
+
+    Returns:
+        The model is None, and there are no files, where no target was touched up.
 
     Raises:
-        PostprocError: CLI003 a file beside a folder, CLI013 several arms or none, or a program that cannot be read.
+        PostprocError: CLI003 a file and a folder, CLI013 several arms or none, or a program that cannot be read.
     """
     from postproc.measure.touchups import TouchUps, find_touchups, with_kept_originals
     from postproc.robot.cells.station import Station
 
-    if nominal is not None and nominal.is_folder != touched.is_folder:
+    if nominal.path.is_dir() != touched.path.is_dir():
         text = f"of `{nominal.name}` and `{touched.name}` one is a folder"
         raise PostprocError.of("CLI003", text, help="name two programs, or two folders")
-    before = None if nominal is None else nominal.tasks(settings)
+    before = {} if originals else nominal.tasks(settings)
     arms: dict[str, Model] = {}
     total, files = TouchUps(), list[Source]()
     for task, (place, sources) in touched.tasks(settings).items():
-        was = sources if before is None else before.get(task, (place, sources))[1]
-        if before is not None and [s.data for s in was] == [s.data for s in sources]:
+        _, was = before.get(task, (place, sources))
+        if not originals and [s.data for s in was] == [s.data for s in sources]:
             continue
         program = sound_program(sources)
-        was = with_kept_originals(program) if before is None else was
+        was = with_kept_originals(program) if originals else was
         _, arm = settled(settings, str(place), bare=True)
         with watching(f"comparing `{place}`"):
             one = find_touchups(sound_program(was), program, arm.robot, arm.station or Station())
@@ -113,11 +116,3 @@ def _compared(
         text = f"programs of {joined([f'`{name}`' for name in arms])} were touched up"
         raise PostprocError.of("CLI013", text, help="name the folder of one task")
     return total, next(iter(arms.values()), None), files
-
-
-def _nothing(touchups: TouchUps) -> Diagnostic:
-    """Return DAT052: no target was touched up."""
-    others = "; ".join(f"{count} {reason}" for reason, count in touchups.omitted.items() if count)
-    text = f"none of {touchups.compared} targets was touched up" + (f": {others}" if others else "")
-    help_ = "name the version before and the one after touching up, in this order; both need the same routines"
-    return Diagnostic("DAT052", "error", text, help=help_)

@@ -101,9 +101,7 @@ def _rows(
     position, T_object = _positions(table), _frames(table, names.OBJECT_POSITION, names.OBJECT_ORIENTATION)
     return Measurements(
         state=state,
-        position=position
-        if T_object is None
-        else (T_object @ np.insert(position, 3, 1.0, axis=1)[:, :, None])[:, :3, 0],
+        position=position if T_object is None else (T_object @ transform(position))[:, :3, 3],
         T_frame_object=T_object,
         rotation=rotation if T_object is None or rotation is None else T_object[:, :3, :3] @ rotation,
         joint=table.vector(names.MEASURED_JOINTS, partial=True, absent=np.nan),
@@ -274,9 +272,7 @@ def _commanded(table: Table, robot: Robot, program: Source | Sequence[Source] | 
 def _frames(table: Table, position: Sequence[str], orientation: Sequence[str]) -> Array | None:
     """Return frames (n, 4, 4) [m] that columns state, upright where they state no orientation; None without them."""
     place, turns = table.vector(position), table.turns(orientation, None)
-    if place is None:
-        return None
-    return transform(place, np.eye(3) if turns is None else turns.matrix)
+    return None if place is None else transform(place, None if turns is None else turns.matrix)
 
 
 def join(seen: Cells, angles: Cells, named: bool, diagnostics: list[Diagnostic]) -> Cells:

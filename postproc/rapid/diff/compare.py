@@ -37,7 +37,7 @@ def compare_programs(a: Program, b: Program, tolerance_mm: float, tolerance_deg:
     differences: list[Difference] = []
     compared, most_mm, most_deg = 0, 0.0, 0.0
     paired: dict[str, tuple[Ranks, Ranks]] = {}
-    for place, pairs in pair_statements((a, events_a), (b, events_b)).items():
+    for place, pairs in pair_statements(a, b, events_a, events_b).items():
         paired[place] = _ranks([y for x, y in pairs if x is not None]), _ranks([x for x, y in pairs if y is not None])
         for x, y in pairs:
             if x is None or y is None:
@@ -54,19 +54,18 @@ def compare_programs(a: Program, b: Program, tolerance_mm: float, tolerance_deg:
     return ProgramDiff(tuple(differences), compared, most_mm, most_deg, tolerance_mm, tolerance_deg)
 
 
-def pair_statements(
-    first: tuple[Program, Mapping[StatementKey, Sequence[MotionEvent]]],
-    second: tuple[Program, Mapping[StatementKey, Sequence[MotionEvent]]],
-) -> dict[str, list[tuple[MotionStatement | None, MotionStatement | None]]]:
-    """Pair the motion statements of two programs routine by routine (`pair_motions`).
+Executions = Mapping[StatementKey, Sequence[MotionEvent]]
+"""The events of each motion statement, in the order in which they run."""
+Pairs = list[tuple[MotionStatement | None, MotionStatement | None]]
+"""Motion statements of two programs in order; None in place of the partner of one that was added or removed."""
+
+
+def pair_statements(a: Program, b: Program, events_a: Executions, events_b: Executions) -> dict[str, Pairs]:
+    """Pair the motion statements of two programs routine by routine (`pair_motions`), by lower-case ``module.routine``.
 
     Args:
-        first, second: a program, and the executions of its statements by statement key.
-
-    Returns:
-        Pairs in order, by lower-case ``module.routine``.
+        events_a, events_b: executions of the statements of each program (`by_statement`).
     """
-    (a, events_a), (b, events_b) = first, second
     ours, theirs = _motions(a), _motions(b)
     places = dict.fromkeys([*ours, *theirs])
     return {place: pair_motions(ours.get(place, []), theirs.get(place, []), events_a, events_b) for place in places}
@@ -127,14 +126,13 @@ def _compare(first: Side, second: Side) -> Difference:
                 angle = max(angle or 0.0, angle_between(p.rot, q.rot))
                 if p.robconf != q.robconf:
                     conf = (p.robconf, q.robconf)
-                if p.extax != q.extax:
-                    texts["external axes"] = (str(p.extax), str(q.extax))
             elif isinstance(p, JointTarget) and isinstance(q, JointTarget):
                 angle = max(angle or 0.0, *(abs(m - n) for m, n in zip(p.robax, q.robax, strict=True)))
-                if p.extax != q.extax:
-                    texts["external axes"] = (str(p.extax), str(q.extax))
             elif p != q:
                 texts["target"] = (_shown(p), _shown(q))
+                continue
+            if p is not None and q is not None and p.extax != q.extax:
+                texts["external axes"] = (str(p.extax), str(q.extax))
         texts.update(_values(one, two))
     known = _roles_by_value(*first) & _roles_by_value(*second)
     texts.update({role: pair for role, pair in _arguments(x, y).items() if role not in known})
@@ -288,9 +286,8 @@ def compare_statements(a: Program, b: Program, paired: Mapping[str, tuple[Ranks,
     for kind, routine in unpaired.values():
         line = routine.source.row(routine.span[0])
         lines = (line, None) if kind == "removed" else (None, line)
-        yield Difference(
-            kind, "statement", f"{routine.module}.{routine.name}", f"{routine.kind} {routine.name}", *lines
-        )
+        text = f"{routine.kind} {routine.name}"
+        yield Difference(kind, "statement", f"{routine.module}.{routine.name}", text, *lines)
     for place in dict.fromkeys([*ours, *theirs]):
         if place in unpaired:
             continue

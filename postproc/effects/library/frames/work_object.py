@@ -16,8 +16,6 @@ class WorkObject(
     Session,
     role=Role.WORK_OBJECTS,
     unlikely=np.inf,
-    reads=("session",),
-    about_data=True,
     confused_with={"instrument_frame": "nothing: this says where each work object stands beside the others"},
 ):
     """Where each work object stands beside where the program says so, in tables of touched-up targets.
