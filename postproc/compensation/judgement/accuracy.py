@@ -87,7 +87,9 @@ def expect_on_arm(model: Model, motion: Motion, exact: Exact, source: Source) ->
     if scatter is not None and scatter.remaining[1] >= 1.0:
         text = f"the correction may not help: {percent_range(scatter.remaining)} of the deflection may remain"
         help_ = "measure this arm, and fit a model of it: `postproc plan` chooses the poses"
-        findings.append(Diagnostic("CMP027", "warning", f"{text}, as the stiffness of this arm is not measured", source, help=help_))
+        findings.append(
+            Diagnostic("CMP027", "warning", f"{text}, as the stiffness of this arm is not measured", source, help=help_)
+        )
     return Expected(accuracy, scatter, distance), findings
 
 

@@ -159,12 +159,16 @@ def simulated(truth: Fit, planned: State, g: np.random.Generator) -> Measurement
     ids = (*(kept.pose_id or map(str, range(n))), *(f"planned {k}" for k in range(m)))
     state = with_ordered_channels(truth.model, rows.state.with_(**changes))
     rows = replace(rows, state=state, pose_id=ids, row=(), line=(), wrong=frozenset(), sources=(), file=())
+    if rows.readings is not None:  # planned poses measure positions
+        at = np.arange(n + m) < n
+        readings = replace(rows.readings, numbers=np.where(at[:, None], rows.readings.numbers, np.nan))
+        rows = replace(rows, state=state.with_(setup=np.where(at, np.asarray(state.setup), -1)), readings=readings)
     new = rows.rows(np.arange(n, n + m))
     level, turn = truth.parts.level, truth.noise.rotation
     deviation = float(np.sqrt(truth.parts.square) if level is None else np.hypot(level, truth.unexplained))
     seen = Problem(drawn(truth, g), new, make_weights(new, truth.noise))
     T, noise = seen.T_instrument_tcp, g.normal(size=(3, m, 6)) * deviation
-    measured = np.isfinite(rows.position).any(axis=0)
+    measured = np.isfinite(rows.position).any(axis=0) | (rows.readings is not None)
     position = np.where(measured, T[:, :3, 3] + noise[0, :, :3], np.nan)
     rotation, joint = rows.rotation, rows.joint
     if rotation is not None:
