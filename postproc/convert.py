@@ -240,9 +240,8 @@ def _deviations(
         Refused: CMP004, the arm cannot run what is written.
     """
     events = draft.events
-    ran, owners = run_again(
-        draft.program, draft.texts, plan.insertions, events, draft.options, station=draft.model.station
-    )
+    station = draft.model.station
+    ran, owners = run_again(draft.program, draft.texts, plan.insertions, events, draft.options, station=station)
     if retarget is not None and owners is not None:
         ran = [*retarget(ran, {j for j, i in enumerate(owners) if events[i].statement.key in served})]
     try:

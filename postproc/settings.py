@@ -79,9 +79,8 @@ class Settings:
         wobj = f"; taught with this arm: {', '.join(o.wobj_taught)}" if o.wobj_taught else ""
         already = f"; its controller corrects {', '.join(o.already)} by itself" if o.already else ""
         cell = f"; cell `{self.cell}`" if self.cell is not None else ""
-        return (
-            f"arm `{robot}`{model} (from {self.robot_from or 'the call'}){cell}{already}{wobj}; {near}; scope {o.scope}"
-        )
+        known_from = self.robot_from or "the call"
+        return f"arm `{robot}`{model} (from {known_from}){cell}{already}{wobj}; {near}; scope {o.scope}"
 
     def inherited_line(self, folder: Path) -> list[str]:
         """Return one line with the file and the ``key = value`` pairs in force from a settings file above a folder.

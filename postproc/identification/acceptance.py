@@ -88,10 +88,8 @@ def refit(base: Fit, candidate: Candidate, closely: float = SETTLED) -> Fit | No
     movable = candidate.free & ~none
     if not (movable & refitted.amplitudes()).any():
         return after
-    return (
-        fitted(after.model, refitted.with_vector(np.where(none, refitted.null_vector(), refitted.vector())), movable)
-        or after
-    )
+    possible = refitted.with_vector(np.where(none, refitted.null_vector(), refitted.vector()))
+    return fitted(after.model, possible, movable) or after
 
 
 def impossible(fit: Fit, key: str) -> NDArray[np.bool_]:
@@ -169,9 +167,8 @@ def refit_evidence(base: Linear, remaining: float, after: Fit, key: str) -> floa
     index = np.array([i for k, i in after.parameters if k == key], dtype=int)
     if effect is None or not len(index):
         return -np.inf
-    others = Linear(
-        after.problem.residual, basis_of(after.columns[:, ~of_effect], after.penalty[~of_effect]), after.problem.row
-    )
+    basis = basis_of(after.columns[:, ~of_effect], after.penalty[~of_effect])
+    others = Linear(after.problem.residual, basis, after.problem.row)
     columns = after.columns[:, of_effect]
     return laplace(base, remaining, columns.T @ others.project(columns), effect, after.model.robot, index)
 

@@ -83,9 +83,8 @@ def residual_trends(fit: Fit) -> tuple[Trend, ...]:
             along = _trend(name, "space", error[:, seen] * 1e3, good, member, centre)
             trends.append(replace(along, direction=np.eye(3)[seen].T @ along.direction))
         at_joint = name[:-1] in ("q", "v", "dir", "load", "a") and name[-1] in "123456"
-        for j in [int(name[-1]) - 1] if at_joint else []:
-            if not (space or seen[j]):
-                continue
+        j = int(name[-1]) - 1 if at_joint else 0
+        if at_joint and (space or seen[j]):
             trends.append(_trend(name, f"joint {j + 1}", joint[:, j : j + 1] * 1e3, good, member, centre))
     return tuple(sorted(trends, key=lambda t: -t.share))
 

@@ -45,11 +45,8 @@ def lacks_fit(fit: Fit) -> bool | None:
     else:
         rounding = fit.noise.rounding
         some = scatters(fit.data, fit.observed_error, fit.model.robot)
-        known = [
-            (float(np.hypot(np.sqrt(square), rounding)), dof)
-            for square, dof in some
-            if dof >= FEWEST_DEGREES and square > 0
-        ]
+        some = [(square, dof) for square, dof in some if dof >= FEWEST_DEGREES and square > 0]
+        known = [(float(np.hypot(np.sqrt(square), rounding)), dof) for square, dof in some]
     if known:
         return any(_exceeds(fit, sigma, dof, CHANCE / len(known)) for sigma, dof in known)
     instrument, arm = fit.noise.instrument, _repeatability(fit)

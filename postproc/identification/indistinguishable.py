@@ -43,16 +43,12 @@ def indistinguishable(
         return float(schwarz(linear.square, linear.square - c.fall, c.count, linear.freedom))
 
     others = [c for c in ranking if c.key != chosen.key and c.evidence > 0]
-    similar = {
-        c.key
-        for c in others
-        if c.evidence > chosen.evidence - CLOSE_EVIDENCE or plain(c) > plain(chosen) - CLOSE_EVIDENCE
-    }
+    least, least_plain = chosen.evidence - CLOSE_EVIDENCE, plain(chosen) - CLOSE_EVIDENCE
+    similar = {c.key for c in others if c.evidence > least or plain(c) > least_plain}
     similar |= set(contenders(ranking, chosen, before))
     further = [c for c in others if c.key not in similar]
-    relaxed = (
-        Linear(after.problem.residual, after.basis(FREE_PENALTY_SHARE), after.problem.row) if further else after.linear
-    )
+    problem, free = after.problem, after.basis(FREE_PENALTY_SHARE) if further else None
+    relaxed = after.linear if free is None else Linear(problem.residual, free, problem.row)
     unseen = tuple(c.key for c in further if _hidden(c, before, after, relaxed))
     return tuple(c.key for c in others if c.key in similar), unseen
 
@@ -93,9 +89,8 @@ def contenders(ranking: Sequence[Candidate], chosen: Candidate, before: Fit) -> 
     Args:
         ranking: every effect on the fit without the chosen one; before: that fit.
     """
-    rivals = [c for c in ranking if c.key != chosen.key and c.evidence > 0 and c.effect.roughness() is None][
-        :MOST_ALTERNATIVES
-    ]
+    rivals = [c for c in ranking if c.key != chosen.key and c.evidence > 0 and c.effect.roughness() is None]
+    rivals = rivals[:MOST_ALTERNATIVES]
     if not rivals:
         return []
     compared = [next((c for c in ranking if c.key == chosen.key), chosen), *rivals]

@@ -12,14 +12,7 @@ from postproc.effects.sums import SumOfTerms
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.solving.solve import Terms
-from postproc.identification.acceptance import (
-    CLEARLY,
-    convincing,
-    judged,
-    predicts_better,
-    refit,
-    within_noise,
-)
+from postproc.identification.acceptance import CLEARLY, convincing, judged, predicts_better, refit, within_noise
 from postproc.identification.indistinguishable import indistinguishable
 from postproc.identification.screen.candidate import Candidate
 from postproc.identification.screen.composition import compose

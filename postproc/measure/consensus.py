@@ -20,6 +20,7 @@ from postproc.measure.checks.readings import SUSPICIOUS_M, PlacedArm, fits, near
 from postproc.measure.measurements import Measurements
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import jacobian, skew
+from postproc.robot.pose import transform
 
 LEAST_M, TIMES, TIMES_FITTED = 0.005, 8.0, 10.0
 """No arm is so far [m], and so many times farther than in its typical row, from its nominal kinematics; and from that
@@ -78,7 +79,7 @@ def agreement(data: Measurements, robot: Robot) -> Agreement:
         T = T @ data.state.T_flange_tcp[rows]
     sessions, reflectors = sessions_of(data)[rows], data.state.reflector_of_rows[rows]
     points = reflector_points(T, data.position[rows], reflectors, sessions)
-    T[:, :3, 3] += np.einsum("nij,nj->ni", T[:, :3, :3], np.array([points[name] for name in reflectors]).reshape(-1, 3))
+    T = T @ transform(np.array([points[name] for name in reflectors]).reshape(-1, 3))
     error, typical, wrong = np.zeros((len(rows), 3)), np.zeros(len(rows)), np.zeros(len(rows), dtype=bool)
     first: Alignment | None = None
     doubtful, names = [], sessions.copy()
@@ -95,8 +96,7 @@ def agreement(data: Measurements, robot: Robot) -> Agreement:
         if wrong[members].mean() > LARGEST_SHARE_OUT:
             doubtful.append(str(name))
         if first is None:
-            first, T = alignment, T.copy()
-            T[:, :3, 3] += T[:, :3, :3] @ alignment.tool
+            first, T = alignment, T @ transform(alignment.tool)
     if first is None:
         return Agreement(rows, wrong, error, typical, (), False, False)
     return Agreement(rows, wrong, error, typical, tuple(doubtful), fits(first), first.typical < SUSPICIOUS_M)
@@ -125,8 +125,7 @@ def reflector_points(
         if placing is not None:
             (session, name), _ = placing
             rows = (sessions == session) & (reflectors == name)
-            shifted = T[rows].copy()
-            shifted[:, :3, 3] += shifted[:, :3, :3] @ (points[name] + (0.0 if tool is None else tool))
+            shifted = T[rows] @ transform(points[name] + (0.0 if tool is None else tool))
             few, y = poses_among(T[rows, :3, 3]) < ENOUGH, position[rows]
             placed = _placed(shifted, y, few, None) if tool is None else _settled(shifted, y, False, near(y))
             frames[session] = placed.T_instrument_base
@@ -209,8 +208,7 @@ def _with_zeros(alignment: Alignment, T: Array, arm: PlacedArm, q: Array) -> Arr
     Args:
         alignment: the alignment to start from; T: (n, 4, 4) flanges; q: (n, 6) [rad].
     """
-    R, tcp = alignment.T_instrument_base[:3, :3], T.copy()
-    tcp[:, :3, 3] += T[:, :3, :3] @ alignment.tool
+    R, tcp = alignment.T_instrument_base[:3, :3], T @ transform(alignment.tool)
     turned = jacobian(arm.robot, q, np.linalg.inv(arm.flange(q)) @ tcp)[:, :3]
     if arm.T_reference_base is not None:
         turned = arm.T_reference_base[:, :3, :3] @ turned

@@ -281,10 +281,8 @@ def touchup_findings(touchups: TouchUps, deviation: float | None, sources: Seque
     """
     moves = grouped(((u.event.wobj.name, tuple(np.round(u.moved, 2).tolist())), u) for u in touchups.shifted)
     for (wobj, vector), some in moves.items():
-        message = (
-            f"{len(some)} targets in `{wobj}` were moved by the same vector {list(vector)} mm: whether the arm or "
-        )
-        message += "the work was off cannot be told, and they give no rows"
+        message = f"{len(some)} targets in `{wobj}` were moved by the same vector {list(vector)} mm: "
+        message += "whether the arm or the work was off cannot be told, and they give no rows"
         help_ = "touch up each of these targets by itself, or correct the work object in place of its targets"
         statement = some[0].event.statement
         yield Diagnostic("DAT050", "warning", message, statement.source, statement.span, help_)
@@ -294,12 +292,9 @@ def touchup_findings(touchups: TouchUps, deviation: float | None, sources: Seque
         help_ = "name the version before and the one after touching up, in this order; both need the same routines"
         yield Diagnostic("DAT052", "error", message, help=help_)
     if deviation is not None and deviation > UNKNOWN_SHARE:
-        message = (
-            f"these {len(touchups.rows)} postures hardly tell the arm from the place of its work: how far the arm "
-        )
-        message += (
-            f"yields is known to {100 * min(deviation, 9.99):.0f} % of itself, for a shift of the work does the same"
-        )
+        message = f"these {len(touchups.rows)} postures hardly tell the arm from the place of its work: how far the "
+        message += f"arm yields is known to {100 * min(deviation, 9.99):.0f} % of itself, for a shift of the work does "
+        message += "the same"
         help_ = "add targets near and far, high and low; or say `--wobj-fixed` where the place of the work was measured"
         yield Diagnostic("DAT051", "warning", message, next(iter(sources), None), help=help_)
 

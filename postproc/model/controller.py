@@ -26,6 +26,12 @@ from postproc.robot.controller import Calibration
 PARTS = ("geometry", "gravity", "force", "tool", "inertia")
 """Constant errors of the arm; its deflection under its own weight, process force, tool and grip load, acceleration."""
 _LOADS = ("gravity", "force", "tool", "inertia")
+LOADS_OF_PART = {
+    "force": ("wrench",),
+    "tool": ("payload_mass", "payload_center"),
+    "inertia": ("v", "a", "base_spin", "base_spin_rate"),
+}
+"""Fields of a state by the part of a controller that corrects what they do."""
 _PROBE = np.array([[0.3, -0.4, 0.5, 0.6, 0.7, -0.8], [-0.9, 0.2, -0.3, -0.5, 1.1, 0.4]])
 FAR_FACTOR = 10.0
 """A compliance farther from what is usual for the joint than by this factor is in another unit, or of another joint."""
@@ -79,13 +85,7 @@ def known_state(parts: Sequence[str], state: State) -> State:
 
     ``force`` in ``parts`` keeps the wrench, ``tool`` the payload, ``inertia`` speeds and accelerations; else None.
     """
-    if "force" not in parts:
-        state = state.with_(wrench=None)
-    if "tool" not in parts:
-        state = state.with_(payload_mass=None, payload_center=None)
-    if "inertia" not in parts:
-        state = state.with_(v=None, a=None, base_spin=None, base_spin_rate=None)
-    return state
+    return state.with_(**{name: None for part in LOADS_OF_PART if part not in parts for name in LOADS_OF_PART[part]})
 
 
 def unknown_loads(model: Model, state: State) -> tuple[Model, State]:
@@ -93,14 +93,10 @@ def unknown_loads(model: Model, state: State) -> tuple[Model, State]:
 
     Payload and wrench become None in the states, link masses zero in the model.
     """
-    parts = model.already
-    if "force" in parts:
-        state = state.with_(wrench=None)
-    if "tool" in parts:
-        state = state.with_(payload_mass=None, payload_center=None)
-    if "gravity" in parts:
+    corrected = {"force", "tool"}.intersection(model.already)
+    if "gravity" in model.already:
         model = replace(model, robot=replace(model.robot, mass=0.0 * model.robot.mass))
-    return model, state
+    return model, state.with_(**{name: None for part in corrected for name in LOADS_OF_PART[part]})
 
 
 def _known(model: Model, effect: Effect, parts: Sequence[str]) -> bool:

@@ -86,9 +86,8 @@ def equilibrium(model: Model, state: State, also: tuple[int, ...] = (), settled:
     """
     state = model.with_arm(state)
     if not len(state):
-        state = state.with_(
-            T_base_body=np.zeros((0, 7, 4, 4)), joint_load=np.zeros((0, 6)), body_load=np.zeros((0, 7, 6))
-        )
+        poses, load = np.zeros((0, 7, 4, 4)), np.zeros((0, 6))
+        state = state.with_(T_base_body=poses, joint_load=load, body_load=np.zeros((0, 7, 6)))
         return _settled(model, state, Deflection(np.zeros((0, 6)), {}, None, None), ())
     loaded = carries_load(model)
     bodies = tuple(sorted({*(active_bodies(model, state) if loaded else ()), *also}))
@@ -118,12 +117,8 @@ def equilibrium(model: Model, state: State, also: tuple[int, ...] = (), settled:
 
 def unsettled(index: int) -> PostprocError:
     """Return the error MOD010: at the pose with this index the deflection grows from sweep to sweep."""
-    return PostprocError.of(
-        "MOD010",
-        f"the deflection of pose {index} does not settle",
-        help="a compliance is too large for the loads: check its unit (rad/(N m)), payload [kg] and force [N]",
-        exit_code=1,
-    )
+    help_ = "a compliance is too large for the loads: check its unit (rad/(N m)), payload [kg] and force [N]"
+    return PostprocError.of("MOD010", f"the deflection of pose {index} does not settle", help=help_, exit_code=1)
 
 
 def _settled(model: Model, state: State, deflection: Deflection, bodies: tuple[int, ...]) -> Equilibrium:
@@ -176,13 +171,8 @@ def active_bodies(model: Model, state: State) -> tuple[int, ...]:
     body_load = np.zeros((8, 7, 6))
     body_load[ALL_BODIES, ALL_BODIES] = np.nan
     chain = deflected_chain(model.robot, probe.q, {}, False)
-    probe = probe.with_(
-        robot=model.robot,
-        gravity=probe.gravity,
-        T_base_body=chain.T_base_body,
-        joint_load=np.zeros((8, 6)),
-        body_load=body_load,
-    )
+    poses, load = chain.T_base_body, np.zeros((8, 6))
+    probe = probe.with_(robot=model.robot, T_base_body=poses, joint_load=load, body_load=body_load)
     bodies: set[int] = set()
     listening = Listening(**{f.name: getattr(probe, f.name) for f in fields(probe)})
     for effect in model.effects:

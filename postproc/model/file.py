@@ -20,7 +20,7 @@ from postproc.files import read_source
 from postproc.model.arm import Model, StatedPrior
 from postproc.model.doubts import doubts
 from postproc.model.field import Field as MeasuredRows
-from postproc.model.uncertainty import unpack_correlation
+from postproc.model.uncertainty import stated_covariance, unpack_correlation
 from postproc.numbers import read_number
 from postproc.robot.arm import Robot
 from postproc.robot.catalogue import list_robots, load_robot
@@ -213,16 +213,13 @@ class _Fit(FileTable):
 
 def _is_covariance(rows: list[list[float]]) -> bool:
     """Tell whether a lower triangle is that of a positive semidefinite matrix, up to the rounding of written digits."""
-    lower = np.zeros((len(rows), len(rows)))
-    for i, row in enumerate(rows):
-        lower[i, : i + 1] = row[: i + 1]
-    size = np.sqrt(np.maximum(np.diag(lower), 0.0))
-    if (np.diag(lower) < 0).any():
-        return False
+    covariance = stated_covariance({"covariance": rows}, len(rows))
+    if covariance is None:
+        return True
+    # A negative variance stays one over its own size, and makes an eigenvalue negative.
+    size = np.sqrt(np.abs(np.diag(covariance)))
     scale = np.where(size > 0, size, 1.0)
-    correlation = lower / np.outer(scale, scale)
-    correlation += np.tril(correlation, -1).T
-    return not len(rows) or float(np.linalg.eigvalsh(correlation)[0]) > -1e-6
+    return float(np.linalg.eigvalsh(covariance / np.outer(scale, scale))[0]) > -1e-6
 
 
 class ModelFile(FileTable):
@@ -260,12 +257,9 @@ def default_model(robot_name: str = DEFAULT_ROBOT) -> Model:
     """
     robot = load_robot(robot_name)
     if robot.joint_compliance is None:
-        raise PostprocError.of(
-            "MOD004",
-            f"the stiffness of `{robot.name}` is not known: compensating it needs a fitted model",
-            help=f"measure it, `postproc fit DATA --robot {robot_name} --effects joint_compliance,.. -o MODEL`, "
-            "and give that model with -m",
-        )
+        text = f"the stiffness of `{robot.name}` is not known: compensating it needs a fitted model"
+        help_ = f"measure it, `postproc fit DATA --robot {robot_name} --effects joint_compliance,.. -o MODEL`, "
+        raise PostprocError.of("MOD004", text, help=help_ + "and give that model with -m")
     source = "estimated" if robot.stiffness_factor is not None else str(robot.stiffness_source)
     springs = effect_in_role(Role.JOINT_SPRINGS).null().with_vector(robot.joint_compliance)
     return Model(robot, (springs,), robot_name=str(robot_name), stiffness_source=source)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from postproc.arrays import Array, blocks
 from postproc.channels.state import State
 from postproc.effects.asking import displacement_of
+from postproc.grouping import grouped
 from postproc.model.arm import Model, as_written
 from postproc.model.derivatives.places import BATCH, PLACES, displacement_parts, flat
 from postproc.model.derivatives.sensitivity import Sensitivity, grown_sensitivity
@@ -161,7 +162,7 @@ def read_uncertainty(model: Model) -> Uncertainty | None:
     """Read the uncertainty in the model's table [fit], but for parameters that it lacks; None without covariance."""
     listed = list(model.fit.get("parameters", []))
     open_names = list(model.fit.get("not_identifiable", []))
-    covariance = _stated_covariance(model.fit, len(listed))
+    covariance = stated_covariance(model.fit, len(listed))
     directions = [row.split() if isinstance(row, str) else row for row in model.fit.get("unseen", [])]
     if covariance is None:
         if listed or not directions:
@@ -180,7 +181,7 @@ def read_uncertainty(model: Model) -> Uncertainty | None:
     return replace(known, held=tuple(place[open_names[k]] for k in open_), unseen=unseen)
 
 
-def _stated_covariance(fit: Mapping[str, Any], count: int) -> Array | None:
+def stated_covariance(fit: Mapping[str, Any], count: int) -> Array | None:
     """Return the covariance (p, p) that a table [fit] states; None if it states none.
 
     It is stated as ``sigma`` and ``correlation``, or by hand and in older files as ``covariance``: the lower triangle,
@@ -338,12 +339,8 @@ class Beyond:
 def range_table(states: Sequence[State] | State) -> dict[str, list[float]]:
     """Return the table [fit.range] of a model file: lowest and highest value of each channel that the states have."""
     every = [states] if isinstance(states, State) else list(states)
-    table: dict[str, list[float]] = {}
-    for state in every:
-        for name, values in _channels(state).items():
-            low, high = table.get(name, [np.inf, -np.inf])
-            table[name] = [min(low, float(np.nanmin(values))), max(high, float(np.nanmax(values)))]
-    return table
+    values = grouped(pair for state in every for pair in _channels(state).items())
+    return {n: [min(float(np.nanmin(x)) for x in v), max(float(np.nanmax(x)) for x in v)] for n, v in values.items()}
 
 
 def beyond_range(model: Model, state: State) -> tuple[Beyond, ...]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
@@ -84,13 +83,8 @@ def overturning(state: State, others: Iterable[Signal] = ()) -> tuple[list[Block
     if moment is None:
         return [], []
     axes = (_moment(state, float(way)) for way in np.pi / WAYS * np.arange(WAYS))
-    blocks = [
-        b.with_(where="base", kind=f"{b.like.kind} of the moment")
-        for signal in axes
-        if varies(signal.values)
-        for b in of_signal(signal)
-        if b.like.kind not in ("line", "window")
-    ]
+    some = [b for s in axes if varies(s.values) for b in of_signal(s) if b.like.kind not in ("line", "window")]
+    blocks = [b.with_(where="base", kind=f"{b.like.kind} of the moment") for b in some]
     both, wide = [_moment(state, 0.0), _moment(state, np.pi / 2)], list[CurveForm]()
     if all(varies(s.values) for s in both):
         # Legs and anchors at two sides each, or a footing that is alike all around.
@@ -235,8 +229,8 @@ def lags(signals: Mapping[str, Signal]) -> Iterator[Block]:
     warm = [s for s in signals.values() if s.leading == "temperature" or s.column]
     for signal in warm if "time" in signals else ():
         time, sentence = signals["time"].values, f"following {signal.leading} with a lag of {{n0}}"
-        delayed = ("lag", "s", partial(_delayed, time))
-        curve = SignalFunction("line", sentence, "late", ("reach",), derived=delayed)
+        derived = ("lag", "s", lambda x, constant, time=time: lag(x, time, constant))
+        curve = SignalFunction("line", sentence, "late", ("reach",), derived=derived)
         yield block(curve, replace(signal, unit="time"), [(share * np.ptp(time),) for share in LAGS])
 
 
@@ -251,8 +245,3 @@ def creeps(signals: Mapping[str, Signal]) -> Iterator[Block]:
         derived = ("creep", "s", lambda x, constant, time=time: lag(x, time, constant, settled=False))
         curve = SignalFunction("line", sentence, "creep", ("reach",), derived=derived)
         yield block(curve, replace(signal, unit="time"), [(share * np.ptp(time),) for share in LAGS])
-
-
-def _delayed(time: Array, x: Array, constant: float | Array) -> Array:
-    """Return the first-order lag of a signal, (n,) or (P, n) for time constants (P, 1)."""
-    return lag(x, time, constant)

@@ -134,10 +134,8 @@ class CurveForms:
         it.
         """
         free = self.user_columns if where in LOADED else self.slow
-        anywhere = (
-            pattern.where is None and where != LEANS and (where not in APART or free.issuperset(pattern.channels))
-        )
-        return anywhere or pattern.where == sort_of_place(where)
+        feels = where not in APART or free.issuperset(pattern.channels)
+        return (feels and pattern.where is None and where != LEANS) or pattern.where == sort_of_place(where)
 
     @cached_property
     def sizes(self) -> Group:
@@ -221,9 +219,8 @@ def curve_forms(state: State, site: Site, seen: bool = True) -> CurveForms:
     # A row's number stands for a time that nobody wrote down: it has shapes, and leads nothing else.
     number = [signals.pop("row")] if "row" in signals else []
     every = list(signals.values())
-    single = [b for s in every for b in of_channel(s)] + [
-        b for column in word_columns.values() for b in of_words(column)
-    ]
+    single = [b for s in every for b in of_channel(s)]
+    single += [b for column in word_columns.values() for b in of_words(column)]
     blocks = [*single, *(b for s in number for b in of_signal(s)), *(sways(s) for s in every if may_settle(s))]
     for first, second in combinations(every, 2):
         blocks += of_two(first, second)

@@ -194,12 +194,9 @@ class CurveForm:
     @property
     def factors_of_terms(self) -> list[tuple[list[tuple[str, str, tuple[float, ...]]], tuple[float, ...]]]:
         """Of each of its parts channel, function and numbers of every factor, and the numbers' gaps (`curve`)."""
+        every = (part.each for part in self.parts or (self,))
         return [
-            (
-                [c.factor(s, numbers) for c, s, numbers in part.each],
-                tuple(g for c, s, numbers in part.each for g in c.gaps(s, numbers)),
-            )
-            for part in self.parts or (self,)
+            ([c.factor(s, x) for c, s, x in each], tuple(g for c, s, x in each for g in c.gaps(s, x))) for each in every
         ]
 
     @property

@@ -65,18 +65,12 @@ KINK = SignalFunction("kink", "kink near {n0}{of}", "kink", ("knot",))
 ABOVE = SignalFunction("above", "growing above {n0}{of}", "ramp", ("knot",), gate=("above {n0}, growing",))
 BELOW = SignalFunction("below", "growing below {n0}{of}", "ramp", ("knot",), gate=("below {n0}, growing",))
 SQUARED = {
-    c: SignalFunction(f"{c.basis}_squared", c.sentence.replace("{of}", ", with the square{of}"), "ramp", ("knot",))
+    c: replace(c, basis=f"{c.basis}_squared", sentence=c.sentence.replace("{of}", ", with the square{of}"), gate=())
     for c in (ABOVE, BELOW)
 }
 SIDED = {
-    c: SignalFunction(
-        f"sided_{c.basis}",
-        c.sentence.replace("{of}", " of |{label}|, to the side of {label}"),
-        "ramp",
-        ("knot",),
-        "{label}" + c.sentence.replace("{of}", " of |{label}|"),
-    )
-    for c in (ABOVE, BELOW)
+    c: replace(c, basis=f"sided_{c.basis}", sentence=f"{s}, to the side of {{label}}", noun="{label}" + s, gate=())
+    for c, s in ((c, c.sentence.replace("{of}", " of |{label}|")) for c in (ABOVE, BELOW))
 }
 BOW = SignalFunction("bow", "growing to either side of {n0}, with the square{of}", "curve", ("knot",))
 WINDOW = SignalFunction(
@@ -346,10 +340,8 @@ def _nearby(curve: SignalFunction, signal: Signal, numbers: Sequence[float], lev
             grids.append([number])
         elif kind == "order":
             near = _orders(signal, number, 4.0**-level if curve is WAVE else 0.25)
-            whole_orders = (
-                np.arange(np.ceil(min(near)), max(near) + 1e-9).tolist() if is_angle(signal) and level else []
-            )
-            grids.append([*near, *whole_orders])
+            whole_orders = np.arange(np.ceil(min(near)), max(near) + 1e-9).tolist()
+            grids.append([*near, *(whole_orders if is_angle(signal) and level else ())])
         elif kind == "phase":
             grids.append((number + (EIGHTHS if level == 0 else np.pi / 8 * closer * np.linspace(-1, 1, 7))).tolist())
         else:

@@ -104,9 +104,8 @@ def subsampled(screen: Screen, linear: Linear) -> SubsampledProblem:
     value, vector = np.linalg.eigh(gram)
     good = value > 1e-9
     basis = U @ (vector[:, good] / np.sqrt(value[good]))
-    return SubsampledProblem(
-        few, Linear(linear.residual[kept], basis, few.row, linear.independent, linear.serial), known
-    )
+    kept_linear = Linear(linear.residual[kept], basis, few.row, linear.independent, linear.serial)
+    return SubsampledProblem(few, kept_linear, known)
 
 
 def refit_form(screen: Screen, linear: Linear, candidate: Candidate, least: float = -np.inf) -> Candidate:
@@ -131,9 +130,8 @@ def refit_form(screen: Screen, linear: Linear, candidate: Candidate, least: floa
         some = list(first.values())[:enough]
         if tries == STAGES[0][0]:
             some += [other for c in some for other in _relatives(screen, c)]
-        share = min(
-            TWICE * (1 - moved[0][1] / float(seen.linear.projected_residual @ seen.linear.projected_residual)), 0.999
-        )
+        before = float(seen.linear.projected_residual @ seen.linear.projected_residual)
+        share = min(TWICE * (1 - moved[0][1] / before), 0.999)
         if -linear.freedom * np.log1p(-share) - candidate.price < least:
             return candidate
     all_poses = SubsampledProblem(screen.problem, linear, screen.stock.by_load)
@@ -175,10 +173,8 @@ def _judged(screen: Screen, linear: Linear, start: Candidate) -> Candidate:
     indices = index[amplitude]
     best = np.linalg.lstsq(inside[:, amplitude], linear.projected_residual, rcond=1e-9)[0]
     x[indices] = np.clip(best, low[indices], high[indices])
-    fall = float(
-        x[indices]
-        @ (2 * columns.T @ linear.projected_residual - columns.T @ inside[:, amplitude] @ x[indices])[amplitude]
-    )
+    moved = columns[:, amplitude] @ x[indices]
+    fall = float(moved @ (2 * linear.projected_residual - inside[:, amplitude] @ x[indices]))
     remaining = max(linear.square - fall, 0.0)
     effect = effect.with_vector(x)
     worth = laplace(linear, remaining, columns.T @ inside, effect, screen.problem.model.robot, index) - start.price

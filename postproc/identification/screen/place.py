@@ -26,10 +26,8 @@ def taken_off(linear: Linear, columns: Array) -> tuple[Array, Array]:
     """
     inside = linear.project(columns)
     fitted = inside @ np.linalg.lstsq(inside, linear.projected_residual, rcond=1e-6)[0]
-    square, after = (
-        np.bincount(linear.row, x**2).astype(float)
-        for x in (linear.projected_residual, linear.projected_residual - fitted)
-    )
+    residual = linear.projected_residual
+    square, after = (np.bincount(linear.row, x**2).astype(float) for x in (residual, residual - fitted))
     return square, square - after
 
 

@@ -198,12 +198,8 @@ def _likely(suspects: Sequence[Suspect]) -> list[Suspect]:
     Args:
         suspects: strongest first.
     """
-    first = suspects[0]
-    near = [
-        s
-        for s in suspects
-        if s.evidence > first.evidence - UNNAMED_LOG_PRIOR or (s.evidence > 0 and 1 - s.share < 2 * (1 - first.share))
-    ]
+    least, most = suspects[0].evidence - UNNAMED_LOG_PRIOR, 2 * (1 - suspects[0].share)
+    near = [s for s in suspects if s.evidence > least or (s.evidence > 0 and 1 - s.share < most)]
     plain: dict[frozenset[str], float] = {}
     for s in near:
         plain.setdefault(frozenset(s.channels), s.evidence)

@@ -116,7 +116,10 @@ def _check_readings(
     message = f"the measured points do not fit the nominal arm `{robot.name}`: {size} in the median row"
     if names := other_arms(placed, q, y):
         return [mismatch("error", message, f"they fit {' or '.join(f'`{n}`' for n in names)}: check the robot's name")]
-    if np.isfinite(as_read.typical) and (zeros := _joint_zeros(placed, q, y)):
+    offset, typical = zero_errors(placed, q, y) if np.isfinite(as_read.typical) else (np.zeros(6), np.inf)
+    if typical < SUSPICIOUS_M:
+        j = int(np.argmax(np.abs(offset)))
+        zeros = f"joint {j + 1} by {np.rad2deg(offset[j]):.1f} deg"
         return [mismatch("warning", message, f"joint zeros explain it ({zeros}): the fit finds them")]
     session = sessions_of(data)[rows]
     if len(sessions := np.unique(session)) > 1:
@@ -132,13 +135,6 @@ def _check_readings(
     if arm.T_reference_base is not None:
         help_ += "; and that external axes stand as `eax_a` .. say, and run as the cell says"
     return [mismatch("error" if as_read.typical > MISMATCH_M else "warning", message, help_)]
-
-
-def _joint_zeros(arm: PlacedArm, q: Array, position: Array) -> str:
-    """Return the joint whose zero is most in error, where such errors explain the points; else nothing."""
-    offset, typical = zero_errors(arm, q, position)
-    j = int(np.argmax(np.abs(offset)))
-    return f"joint {j + 1} by {np.rad2deg(offset[j]):.1f} deg" if typical < SUSPICIOUS_M else ""
 
 
 def _agree(arm: PlacedArm, angles: Array, as_read: Array, turns: Turns | None) -> bool:

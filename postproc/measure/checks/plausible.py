@@ -154,10 +154,8 @@ def _check_copies(data: Measurements, cells: Cells) -> list[Diagnostic]:
         return []
     help_ = "if it was copied, remove it: copied rows make the noise look smaller than it is"
     message = "row {} repeats row {} digit by digit: readings with noise do not agree so by chance"
-    return [
-        cells.finding("DAT006", "warning", message.format(i + 1, first + 1), help_, i)
-        for i, first in pairs[:SHOWN_ROWS]
-    ]
+    shown = pairs[:SHOWN_ROWS]
+    return [cells.finding("DAT006", "warning", message.format(i + 1, first + 1), help_, i) for i, first in shown]
 
 
 def _by_chance(data: Measurements, copies: Sequence[int]) -> bool:

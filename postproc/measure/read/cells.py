@@ -93,16 +93,12 @@ class Cells:
         if "+" in cells:
             cells = [f"{cell}1" if cell in ("+", "-", "\u2212") else cell for cell in cells]
         cells = [as_number(cell, self.decimal) for cell in cells]
-        wrong: list[int] = []
-        try:
-            values = np.array([read_number(cell) if cell else np.nan for cell in cells])
-        except ValueError:
-            values = np.full(len(cells), np.nan)
-            for i, cell in enumerate(cells):
-                try:
-                    values[i] = read_number("nan" if cell.lower() in EMPTY_CELLS else cell)
-                except ValueError:
-                    wrong.append(i)
+        values, wrong = np.full(len(cells), np.nan), list[int]()
+        for i, cell in enumerate(cells):
+            try:
+                values[i] = read_number(cell) if cell and cell.lower() not in EMPTY_CELLS else np.nan
+            except ValueError:
+                wrong.append(i)
         huge = np.abs(values) > LARGEST_NUMBER
         values[huge] = np.nan
         self._report(np.flatnonzero(huge).tolist(), name, diagnostics, "DAT005", "is no measured number", help_)
@@ -297,26 +293,24 @@ def sheet_text(source: Source, diagnostics: list[Diagnostic]) -> Source:
         from openpyxl import load_workbook
     except ImportError:
         help_ = "install the reader, `pip install 'postproc[xlsx]'`, or save the table as `CSV UTF-8`"
-        raise PostprocError.of(
-            "DAT001", "this file is a spreadsheet, and openpyxl is missing", source, help=help_
-        ) from None
+        raise _no_table("this file is a spreadsheet, and openpyxl is missing", source, help_) from None
     help_ = "save the table as `.xlsx`, `CSV UTF-8`, or as plain text"
     try:
         unpacked = sum(part.file_size for part in ZipFile(io.BytesIO(source.data)).infolist())
         if unpacked > MOST_BYTES:
             text = f"this workbook unpacks to {unpacked / 1e6:.0f} MB, and at most {MOST_BYTES / 1e6:g} are read"
-            raise PostprocError.of("DAT001", text, source, help="save the table alone, as `CSV UTF-8`")
+            raise _no_table(text, source, "save the table alone, as `CSV UTF-8`")
         book = load_workbook(io.BytesIO(source.data), read_only=True, data_only=True)
         sheets = _sheets(book, source)
     except PostprocError:
         raise
     except Exception as error:  # a damaged workbook goes wrong anywhere in its reader
         text = f"this file is an archive, and no whole workbook ({type(error).__name__})"
-        raise PostprocError.of("DAT001", text, source, help=help_) from error
+        raise _no_table(text, source, help_) from error
     filled = {name: sum(bool(cell) for row in rows for cell in row) for name, rows in sheets.items()}
     name = max(filled, key=lambda one: filled[one], default="")
     if not name or not filled[name]:
-        raise PostprocError.of("DAT001", "no sheet of this workbook holds anything", source, help="name another file")
+        raise _no_table("no sheet of this workbook holds anything", source, "name another file")
     if sum(count > 0 for count in filled.values()) > 1:
         message = f"sheet `{name}` is read, the fullest of {len(filled)}"
         diagnostics.append(Diagnostic("DAT015", "info", message, source, help="save another one as a file of its own"))
@@ -336,7 +330,7 @@ def _sheets(book: Workbook, source: Source) -> dict[str, list[list[str]]]:
             count += max(1, len(row))
             if count > MOST_CELLS:
                 text = f"this workbook has more than {MOST_CELLS:,} cells, empty ones between others included"
-                raise PostprocError.of("DAT001", text, source, help="save the table alone, as `CSV UTF-8`")
+                raise _no_table(text, source, "save the table alone, as `CSV UTF-8`")
             rows.append([_text(cell) for cell in row])
     return sheets
 

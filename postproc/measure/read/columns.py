@@ -158,9 +158,8 @@ def _meant(header: str, unit: str) -> str:
     plain = _UR.get(bare) or _ROS.get(bare.removesuffix("joint")) or plain
     if joint := re.fullmatch(rf"(?:robot[ _.])?{_JOINT}[ _.]*+(?:angle[ _.]*+)?([1-6])(?:[ _.]{_ENDS})?", plain):
         return f"q{joint[1]}_deg"
-    if place := re.fullmatch(
-        rf"(?:p|pos|position|tcp|point|{_WHOSE})?[ _.]*([xyz])(?:[ _.](?:mm|m|in|{_WHOSE}))?", plain
-    ):
+    coordinate = rf"(?:p|pos|position|tcp|point|{_WHOSE})?[ _.]*([xyz])(?:[ _.](?:mm|m|in|{_WHOSE}))?"
+    if place := re.fullmatch(coordinate, plain):
         return f"{place[1]}_mm"
     if part := re.fullmatch(r"(?:q|quat|quaternion)[ _.]*([wxyz])", plain):
         return f"q{part[1]}"

@@ -117,10 +117,8 @@ def check_work(state: State, table: Table, robot: Robot, position: Array) -> Non
     if len(rows) < FEWEST_ROWS_JUDGED:
         return
     other = with_axes(in_world(station), state.with_(T_reference_base=None), state.external_axes)
-    work, world = (
-        align_arm(PlacedArm(robot, s.T_reference_base).rows(rows), state.q[rows], position[rows])
-        for s in (state, other)
-    )
+    arms = (PlacedArm(robot, s.T_reference_base).rows(rows) for s in (state, other))
+    work, world = (align_arm(arm, state.q[rows], position[rows]) for arm in arms)
     if fits(world) and not fits(work) and world.typical < work.typical / CLEARER:
         message = f"the points do not move with the work on `{station.work}`: in the world they fit to"
         help_ = 'points are measured in the coordinates of the work; say `carries = "nothing"` of these axes for others'

@@ -93,9 +93,8 @@ class MappedRotation(FileTable):
         """Raise a validation error unless the number of columns and the unit suit the form."""
         many = 4 if self.form in QUATERNIONS else 3
         if len(self.columns) != many:
-            raise PydanticCustomError(
-                "columns", f"`{self.form}` has {many} columns", {"help": "name them in `columns`"}
-            )
+            help_ = {"help": "name them in `columns`"}
+            raise PydanticCustomError("columns", f"`{self.form}` has {many} columns", help_)
         if (self.unit not in ("", "1") and many == 4) or (self.unit == "1" and many == 3):
             raise PydanticCustomError("unit", f"`{self.form}` has no unit `{self.unit}`", {"help": "leave it out"})
         return self

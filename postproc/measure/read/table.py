@@ -302,10 +302,8 @@ def join(seen: Cells, angles: Cells, named: bool, diagnostics: list[Diagnostic])
         places, how = list(range(len(seen.rows))), "row by row"
     new = [k for k, name in enumerate(angles.header) if name not in seen.header]
     empty = tuple("" for _ in new)
-    rows = []
-    for row, at in zip(seen.rows, places, strict=True):
-        other = empty if at is None else tuple(_as_in(angles.rows[at][k], angles.decimal, seen.decimal) for k in new)
-        rows.append((*row, *other))
+    written = [tuple(_as_in(row[k], angles.decimal, seen.decimal) for k in new) for row in angles.rows]
+    rows = [(*row, *(empty if at is None else written[at])) for row, at in zip(seen.rows, places, strict=True)]
     message = f"`{angles.source.path}` is read beside `{seen.source.path}`, joined {how}"
     diagnostics.append(seen.finding("DAT033", "info", message, row=None))
     if missing := [i for i, at in enumerate(places) if at is None]:

@@ -7,22 +7,24 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations
 from pathlib import PurePath
+from typing import Any
 
 import numpy as np
 
 from postproc.arrays import Array, numbered
 from postproc.channels.state import State
-from postproc.diagnostics import Diagnostic, PostprocError, Severity, Source, has_errors
+from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.measure.alignment import align
 from postproc.measure.checks.readings import CLEARER, SUSPICIOUS_M, PlacedArm, align_arm
 from postproc.measure.kinds.base import Readings
-from postproc.measure.measurements import FEWEST_ROWS_JUDGED, Measurements
+from postproc.measure.measurements import FEWEST_ROWS_JUDGED, OF_ROWS, Measurements
 from postproc.measure.read.cells import read_cells
 from postproc.measure.read.layout import read_column_map
 from postproc.measure.read.table import read_measurements
 from postproc.measure.read.terms import AS_IT_IS, Reading, accepted
 from postproc.measure.trajectory import going_on
 from postproc.robot.arm import Robot
+from postproc.robot.pose import transform
 
 ZERO_WHERE_MISSING = ("v", "a", "approach", "payload_mass", "payload_center", "wrench")
 PLACED = ("external_axes", "work", "T_reference_base")
@@ -76,33 +78,23 @@ def together(tables: Sequence[Measurements], robot: Robot) -> Measurements:
     for a, b in combinations(sources, 2):
         if a.data == b.data:
             message = f"`{a.path}` and `{b.path}` are the same table, twice"
-            raise PostprocError(_finding("error", message, "name it once"))
+            raise PostprocError.of("DAT031", message, help="name it once")
     if len({table.tool_known for table in tables}) > 1:
         message = "a program tells the tool of some of the tables, and of others nobody"
-        raise PostprocError(
-            _finding(
-                "error",
-                message,
-                "give joint angles in all of them, or targets in all; or state the tool in columns `tool_x_mm` ..",
-            )
-        )
+        help_ = "give joint angles in all of them, or targets in all; or state the tool in columns `tool_x_mm` .."
+        raise PostprocError.of("DAT031", message, help=help_)
     names = [table.state.session_names or (name,) for table, name in zip(tables, _names(sources), strict=True)]
     for (one, names_a), (other, names_b) in combinations(zip(tables, names, strict=True), 2):
         setup = _check_setup(one, other, robot, shared=sorted(set(names_a) & set(names_b)))
         findings += accepted([] if setup is None else [setup], tables[0].accepted)
     if has_errors(findings):
         raise PostprocError(findings)
+    arrays: dict[str, Any] = {n: _stacked([getattr(t, n) for t in tables], tables, np.nan) for n in OF_ROWS}
+    labels: dict[str, Any] = {n: tuple(x for t in tables for x in getattr(t, n)) for n in ("pose_id", "row", "line")}
     data = Measurements(
         state=_state(tables, names, findings),
-        position=np.vstack([table.position for table in tables]),
-        T_frame_object=_stacked([table.T_frame_object for table in tables], tables, np.nan),
-        rotation=_stacked([table.rotation for table in tables], tables, np.nan),
-        joint=_stacked([table.joint for table in tables], tables, np.nan),
-        sigma=_stacked([table.sigma for table in tables], tables, np.nan),
+        **(arrays | labels),
         readings=_readings(tables),
-        pose_id=tuple(label for table in tables for label in table.pose_id),
-        row=tuple(row for table in tables for row in table.row),
-        line=tuple(line for table in tables for line in table.line),
         tool_known=tables[0].tool_known,
         references=frozenset().union(*(table.references for table in tables)),
         sides_from=next(filter(None, (table.sides_from for table in tables)), ""),
@@ -160,9 +152,8 @@ def _state(tables: Sequence[Measurements], names: Sequence[tuple[str, ...]], fin
         names: session names of each table; found: findings, appended to where tables lack a channel.
     """
     states = [table.state for table in tables]
-    sessions = [
-        some * len(s) if s.session is None else s.session_of_rows for s, some in zip(states, names, strict=True)
-    ]
+    pairs = zip(states, names, strict=True)
+    sessions = [some * len(s) if s.session is None else s.session_of_rows for s, some in pairs]
     session, every = numbered([name for of_rows in sessions for name in of_rows])
     reflector, points = numbered([name for s in states for name in s.reflector_of_rows.tolist()])
     setup, setups = numbered(["", *(name for s in states for name in s.setup_of_rows.tolist())])
@@ -208,7 +199,8 @@ def _shared(
     lacking = [table for part, table in zip(parts, tables, strict=True) if part is None]
     if lacking and len(lacking) < len(tables):
         message = f"`{lacking[0].sources[0].path}` has no `{name}`, which other tables have: it is not used"
-        findings.append(_finding("warning", message, "what follows it can be tried on the tables that have it"))
+        help_ = "what follows it can be tried on the tables that have it"
+        findings.append(Diagnostic("DAT031", "warning", message, help=help_))
     return None if lacking else _stacked(parts, tables, np.nan)
 
 
@@ -224,19 +216,18 @@ def _check_setup(one: Measurements, other: Measurements, robot: Robot, shared: S
     (q, y), (q_other, y_other) = ((t.state.q[_located(t)], t.position[_located(t)]) for t in (one, other))
     arm, other_arm = (PlacedArm(robot, t.state.T_reference_base).rows(_located(t)) for t in (one, other))
     first, second = align_arm(arm, q, y), align_arm(other_arm, q_other, y_other)
-    T = other_arm.flange(q_other)
-    T[:, :3, 3] += T[:, :3, :3] @ first.tool
+    T = other_arm.flange(q_other) @ transform(first.tool)
     same = align(T, y_other, tool=False)
     paths = f"`{one.sources[0].path}` and `{other.sources[0].path}`"
     if same.typical > max(SUSPICIOUS_M, CLEARER * second.typical):
         message = f"the points of {paths} are not one point of the flange: {1e3 * same.typical:.0f} mm apart"
-        return _finding("error", message, "fit a model to each, or state the tools in a program")
+        return Diagnostic("DAT031", "error", message, help="fit a model to each, or state the tools in a program")
     frame = first.T_instrument_base
     distance = float(np.median(np.linalg.norm(y_other - T[:, :3, 3] @ frame[:3, :3].T - frame[:3, 3], axis=1)))
     if shared and distance > max(SUSPICIOUS_M, CLEARER * same.typical):
         message = f"the instrument stood elsewhere in {paths} ({1e3 * distance:.0f} mm), and both name session "
         message += f"`{shared[0]}`"
-        return _finding("error", message, "give them different names in column `session`")
+        return Diagnostic("DAT031", "error", message, help="give them different names in column `session`")
     return None
 
 
@@ -250,8 +241,3 @@ def _shared_reflector(one: Measurements, other: Measurements) -> str | None:
 def _located(table: Measurements) -> Array:
     """Return (n,) mask of usable rows with a whole measured position."""
     return np.asarray(table.usable & np.isfinite(table.position).all(axis=1))
-
-
-def _finding(severity: Severity, message: str, help_: str) -> Diagnostic:
-    """Return the finding DAT031 with this message and help."""
-    return Diagnostic("DAT031", severity, message, help=help_)

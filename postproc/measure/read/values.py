@@ -104,9 +104,8 @@ def holds_numbers(cells: Sequence[str], decimal: str) -> bool:
 
 def find_decimal(cells: Sequence[str]) -> str:
     """Return the decimal sign, ``,`` where it stands last in most numbers, else ``.``."""
-    numbers = [
-        cell for cell in cells if re.fullmatch(r"[-+\d.,'\u2019\u2212 \u00a0eE]*\d[.,]\d+(?:[eE][-+]?\d+)?", cell)
-    ]
+    number = re.compile(r"[-+\d.,'\u2019\u2212 \u00a0eE]*\d[.,]\d+(?:[eE][-+]?\d+)?")
+    numbers = [cell for cell in cells if number.fullmatch(cell)]
     commas = sum(cell.rfind(",") > cell.rfind(".") for cell in numbers)
     return "," if 2 * commas > len(numbers) else "."
 

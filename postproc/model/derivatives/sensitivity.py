@@ -57,9 +57,8 @@ class Loaded:
     @cached_property
     def every(self) -> State:
         """The states with the loads on the six joints and on the springs of all seven bodies."""
-        return with_loads(
-            self.model, self.balance.state, self.balance.deflection, self.chain, along=self.along, springs=ALL_BODIES
-        )
+        at = self.balance
+        return with_loads(self.model, at.state, at.deflection, self.chain, along=self.along, springs=ALL_BODIES)
 
     @cached_property
     def read(self) -> State:
@@ -215,9 +214,8 @@ def sensitivity(model: Model, at: Equilibrium) -> Sensitivity:
     J[:, 3:, :INSTRUMENT] = R @ J[:, 3:, :INSTRUMENT]
     turned = _turned(at.deflection.instrument, n)
     J[:, :3, INSTRUMENT : INSTRUMENT + 3] = np.eye(3)
-    J[:, :3, INSTRUMENT + 3 : SETUP] = (
-        -skew((at.R_instrument_reference @ at.T_reference_tcp[:, :3, 3:])[:, :, 0]) @ turned
-    )
+    point = (at.R_instrument_reference @ at.T_reference_tcp[:, :3, 3:])[:, :, 0]
+    J[:, :3, INSTRUMENT + 3 : SETUP] = -skew(point) @ turned
     J[:, 3:, INSTRUMENT + 3 : SETUP] = turned
     springs = tuple(e for e in model.effects if "load" in e.reads)
     read = np.flatnonzero((column < BODY) | np.isin((column - BODY) // 6, at.bodies))
