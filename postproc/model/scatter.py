@@ -22,7 +22,7 @@ QUANTILES = (0.025, 0.975)
 NORMAL_95 = 1.959964  # standard deviations of a normal distribution that hold 95 %
 STIFFNESS_FACTOR = np.array([4, 3, 2.5, 2.5, 3.5, 2.5])
 """Factors that hold 95 % of arms about the rule of the library, where an arm's file states none (docs/robot.md)."""
-PUBLISHED_FACTOR, UNKNOWN_FACTOR = 2.5, 10.0
+PUBLISHED_FACTOR, UNKNOWN_FACTOR = 2.2, 10.0
 """The same about a stiffness that was measured on one arm of the type, and about an ordinary size of any arm."""
 LEAST_SPREAD = 1e-9  # of a logarithm: what is known exactly
 STIFFEST = 1e-12  # [rad/(N m)] a joint that hardly gives at all
