@@ -14,7 +14,7 @@ import json
 import sys
 from argparse import SUPPRESS, ArgumentParser
 from collections.abc import Sequence
-from contextlib import redirect_stdout
+from contextlib import nullcontext, redirect_stdout
 from pathlib import Path
 from typing import Any
 
@@ -60,14 +60,11 @@ def _every(name: str, folders: dict[str, Path], words: list[str]) -> int:
     log = folders.get("--sarif") if name != "diff" else None
     check_outputs([*programs, *_below(folders.get("--programs")), *_below(folders.get("--approved"))], log)
     logs: list[dict[str, Any]] = []
-    code = 0
+    code, form = 0, [] if log is None else ["--format", "sarif"]
     for command in commands:
-        if log is None:
-            code = max(code, run(build(), [*command, *options]))
-            continue
         printed = io.StringIO()
-        with redirect_stdout(printed):
-            code = max(code, run(build(), [*command, *options, "--format", "sarif"]))
+        with nullcontext() if log is None else redirect_stdout(printed):
+            code = max(code, run(build(), [*command, *options, *form]))
         logs += [json.loads(printed.getvalue())] if printed.getvalue() else []
     if logs and log is not None:
         joined = {**logs[0], "runs": [run_ for one in logs for run_ in one["runs"]]}

@@ -56,18 +56,12 @@ Format = Annotated[
     Parameter(name="--format", help="print this on stdout: the document (as --json), or the findings as SARIF 2.1.0."),
 ]
 Flag = Annotated[bool, Parameter(show_default=False)]
-EffectFiles = Annotated[
-    tuple[Path, ...],
-    Parameter(
-        name="--effects",
-        n_tokens=1,
-        show_default=False,
-        help="Python file with effects of your own; its code is run. May be repeated.",
-    ),
-]
-Files = Annotated[tuple[Path, ...], Parameter(n_tokens=1, show_default=False)]
-SideFiles = Annotated[Files, Parameter(name="--with")]
-Names = Annotated[tuple[str, ...], Parameter(n_tokens=1, show_default=False)]
+LISTED = Parameter(n_tokens=1, show_default=False)
+"""An option that may be repeated, one value each time."""
+EFFECTS_HELP = "Python file with effects of your own; its code is run. May be repeated."
+EffectFiles = Annotated[tuple[Path, ...], LISTED, Parameter(name="--effects", help=EFFECTS_HELP)]
+SideFiles = Annotated[tuple[Path, ...], LISTED, Parameter(name="--with")]
+Names = Annotated[tuple[str, ...], LISTED]
 FreeAxes = Annotated[str, Parameter(validator=_axes, show_default=False)]
 TextFlag = Annotated[
     bool, Parameter(name="--text", show_default=False, help="with --json: print the text as well, on stderr.")
@@ -115,12 +109,12 @@ def parse_vector(option: str, text: str, such_as: str = "200,-200,-200") -> Vect
     return x, y, z
 
 
-def parse_tool(text: str) -> Array:
+def parse_tool(text: str, option: str = "--tool", such_as: str = "0,0,250") -> Array:
     """Parse ``--tool X,Y,Z`` [mm] to a tool (4, 4) that is not turned; CLI006 where these are not three numbers."""
     import numpy as np
 
     tool = np.eye(4)
-    tool[:3, 3] = 1e-3 * np.array(parse_vector("--tool", text, "0,0,250"))
+    tool[:3, 3] = 1e-3 * np.array(parse_vector(option, text, such_as))
     return tool
 
 

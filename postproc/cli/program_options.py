@@ -9,17 +9,7 @@ from typing import Annotated, Any, Literal, TypeVar, get_args
 
 from cyclopts import Parameter
 
-from postproc.cli.options import (
-    Files,
-    Flag,
-    FreeAxes,
-    Names,
-    Tolerance,
-    VectorText,
-    parse_channel,
-    parse_vector,
-    split_names,
-)
+from postproc.cli.options import LISTED, Flag, FreeAxes, Tolerance, VectorText, parse_channel, parse_vector, split_names
 from postproc.rapid.data.records import Vec3
 from postproc.settings import USER_OPTIONS, Settings
 from postproc.user_options import UserOption
@@ -33,7 +23,8 @@ def _words(option: UserOption) -> tuple[Any, object]:
     if kind is bool:
         return (Literal["on", "off"] | None, None) if option.default else (Flag, False)
     if isinstance(option.default, tuple) and kind != Vec3:
-        return Files if Path in get_args(kind) else Names, ()
+        words: Any = tuple[Path, ...] if Path in get_args(kind) else tuple[str, ...]
+        return Annotated[words, LISTED], ()
     return (FreeAxes, "") if kind is str else ({float: Tolerance, Vec3: VectorText}.get(kind, kind) | None, None)
 
 

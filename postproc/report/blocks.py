@@ -56,6 +56,12 @@ class DataTable:
     beneath: int | None = None
     decimals: int | None = None
 
+    @property
+    def shown(self) -> list[int]:
+        """Indices of columns in which some row has a value; of all columns for an empty table."""
+        every = range(len(self.columns))
+        return [k for k in every if any(row[k] is not None and row[k] != "" for row in self.rows) or not self.rows]
+
 
 @dataclass(frozen=True, slots=True)
 class Bar:
@@ -169,12 +175,6 @@ class Document:
 def is_number(cell: object) -> bool:
     """Tell whether a cell of a table holds a number; booleans are none."""
     return isinstance(cell, (int, float)) and not isinstance(cell, bool)
-
-
-def shown_columns(table: DataTable) -> list[int]:
-    """Return the indices of columns in which some row has a value; of all columns for an empty table."""
-    every = range(len(table.columns))
-    return [k for k in every if any(row[k] is not None and row[k] != "" for row in table.rows) or not table.rows]
 
 
 def plain(value: Any) -> Any:

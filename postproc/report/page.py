@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Sequence
 from functools import cache
 from html import escape
 from typing import Any
@@ -14,18 +13,7 @@ from markupsafe import Markup
 
 from postproc import __version__
 from postproc.files import resource
-from postproc.report.blocks import (
-    Bars,
-    Block,
-    Chart,
-    Columns,
-    DataTable,
-    Document,
-    View,
-    is_number,
-    plain,
-    shown_columns,
-)
+from postproc.report.blocks import Bars, Block, Chart, Columns, DataTable, Document, View, is_number, plain
 from postproc.report.drawing.charts import bars
 
 SCRIPTS = {"": ("base", "table"), "steps": ("space", "arm", "steps"), "path": ("space", "arm", "course", "path")}
@@ -85,8 +73,8 @@ def _html(block: Block, scene: str) -> str:
         case Bars():
             return bars(block)
         case Chart(draw, least):
-            charts = [chart for chart in draw() if chart]
-            return grid(charts, least) if least and charts else "".join(charts)
+            charts = "".join(draw())  # side by side, as many in a row as fit with so many pixels each
+            return f'<div class="grid" style="--least: {least}px">{charts}</div>' if least and charts else charts
         case Columns(first, second):
             sides = ("".join(_html(inside, scene) for inside in side) for side in (first, second))
             return f'<div class="sides even">{"".join(f"<div>{side}</div>" for side in sides)}</div>'
@@ -121,7 +109,7 @@ def table(block: DataTable) -> str:
     """Render a table as HTML that scripts make searchable and sortable; columns of numbers are right-aligned."""
     every = [[row[k] for row in block.rows] for k in range(len(block.columns))]
     numbers = [any(map(is_number, cells)) and all(c is None or is_number(c) for c in cells) for cells in every]
-    shown, (column, links) = shown_columns(block), block.links or (None, ())
+    shown, (column, links) = block.shown, block.links or (None, ())
     spec = {
         "label": block.label,
         "columns": [{"title": block.columns[k], "number": numbers[k]} for k in shown],
@@ -129,11 +117,6 @@ def table(block: DataTable) -> str:
         "link": None if column is None else shown.index(column),
     }
     return f'<div data-table><script type="application/json">{embedded(spec)}</script></div>'
-
-
-def grid(charts: Sequence[str], least: int) -> str:
-    """Return HTML with charts side by side, as many in a row as fit with at least ``least`` pixels each."""
-    return f'<div class="grid" style="--least: {least}px">{"".join(charts)}</div>'
 
 
 def _cell(cell: object) -> object:

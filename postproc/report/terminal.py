@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from postproc.report.blocks import Bars, Block, Columns, DataTable, Document, is_number, shown_columns
+from postproc.report.blocks import Bars, Block, Columns, DataTable, Document, is_number
 
 DIGITS = 4
 """Significant digits of the largest number of a column."""
@@ -63,7 +63,7 @@ def _table(block: DataTable, every: bool) -> Iterator[str]:
     if not chosen:
         return
     end = len(block.columns) if block.beneath is None else block.beneath
-    cells = [_column(block, k, chosen) for k in shown_columns(block) if k < end]
+    cells = [_column(block, k, chosen) for k in block.shown if k < end]
     for i, row in enumerate(zip(*cells, strict=True)):
         if i or any(block.columns[:end]):
             yield f"  {'  '.join(row)}".rstrip()

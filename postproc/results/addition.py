@@ -13,7 +13,7 @@ from postproc.identification.add import LEAST_FALL, Addition, FitFigures
 from postproc.measure.errors import rms
 from postproc.model.uncertainty import predict_sigma
 from postproc.numbers import mm
-from postproc.report.blocks import Bar, Bars, Chart, Columns, DataTable, Document, Figure, Scene, Section, View
+from postproc.report.blocks import Bar, Bars, Chart, Columns, DataTable, Document, Figure, Scene, Section, Values, View
 from postproc.report.drawing.residuals import channel_sections
 from postproc.report.drawing.steps import Rung, distance_chart, steps_data
 from postproc.results.comparison import workspace_section
@@ -22,6 +22,7 @@ from postproc.results.fit import error_values, fit_values, known_of, laws_in_sym
 HARDLY_ANY = 0.05
 """Share of the way to the floor that must be gone to be called more than hardly any: chance goes a few percent."""
 EACH_NOTE = "Everything fitted again without the effect: long bars matter."
+REGIONS = {"near": "near the measured rows", "left_out": "in parts left out", "anywhere": "at any joint angles"}
 BASE_LABEL = "the model as it came"
 HOLDS = (
     "Standard deviation per axis of a measurement there; parts left out are quarters of the range of the joints along "
@@ -73,7 +74,7 @@ def addition_document(name: str, addition: Addition) -> Document:
         ],
         sections=[
             Section(f"The error step by step, {each} on {rows}", [Columns([bars, distances], [View("laws")])], FALL),
-            *([] if (where := _where(addition)) is None else [Section("Where it holds", [where], HOLDS)]),
+            Section("Where it holds", [_where(values["regions"])], HOLDS),
             *workspace_section(kind.name, "Where it is off, at this step", program=True),
             Section(f"What each effect is worth, {each} on {rows}", [worth], EACH_NOTE),
             *channel_sections(fit, "What the rest follows", folded=True),
@@ -153,25 +154,20 @@ def _region_values(addition: Addition) -> dict[str, Any] | None:
     somewhere = anywhere(state, *np.clip([robot.lower, robot.upper], -np.pi, np.pi))
     noise = 1e-3 * float(model.fit.get("noise_mm", 0.0))
     near, far = (np.hypot(rms(predict_sigma(model, some)), noise) for some in (state, somewhere))
-    return {
-        "near": {
-            "before_mm": mm(addition.before.held_out_rms),
-            "after_mm": mm(fit.held_out_rms),
-            "expected_mm": mm(near),
-        },
-        "left_out": {"before_mm": mm(rms(regions.before)), "after_mm": mm(rms(regions.after)), "expected_mm": None},
-        "anywhere": {"before_mm": None, "after_mm": None, "expected_mm": mm(far)},
-        "local": regions.surest is not None,
-    }
+    measured = (mm(addition.before.held_out_rms), mm(fit.held_out_rms), mm(near))
+    errors = (measured, (mm(rms(regions.before)), mm(rms(regions.after)), None), (None, None, mm(far)))
+    keys = ("before_mm", "after_mm", "expected_mm")
+    entries = {name: dict(zip(keys, row, strict=True)) for name, row in zip(REGIONS, errors, strict=True)}
+    return {**entries, "local": regions.surest is not None}
 
 
-def _where(addition: Addition) -> DataTable | None:
-    """Return a table of the errors before and after, and of those to expect, near the measured rows and elsewhere."""
-    values = _region_values(addition)
-    if values is None:
-        return None
-    words = {"near": "near the measured rows", "left_out": "in parts left out", "anywhere": "at any joint angles"}
-    rows = [[text, *values[key].values()] for key, text in words.items()]
+def _where(regions: Values | None) -> DataTable:
+    """Return a table of the errors before and after, and of those to expect, near the measured rows and elsewhere.
+
+    Args:
+        regions: that entry of the document; None gives no rows.
+    """
+    rows = [[text, *regions[key].values()] for key, text in REGIONS.items()] if regions else []
     return DataTable("where", ("where", "before mm", "after mm", "expected mm"), rows)
 
 

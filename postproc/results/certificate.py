@@ -47,7 +47,7 @@ def program_certificate(name: str, conversion: Conversion, made: Mapping[str, st
     title = f"Acceptance of {name}"
     if conversion.plan is None:
         sentence = NOT_SAFE if conversion.module is None else RUN_TIME_ONLY
-        return _certificate(title, Verdict.NOT_KEPT, sentence, document, [_examined(facts)])
+        return _certificate(title, Verdict.NOT_KEPT, sentence, document, facts)
     tolerance, air = document["tolerance_mm"], document["air_tolerance_mm"]
     words = {True: "kept", False: "not kept"}
     seams: list[Row] = []
@@ -80,7 +80,7 @@ def program_certificate(name: str, conversion: Conversion, made: Mapping[str, st
     verdict, sure = _on_the_arm(document, kept)
     expected = on_arm_text(document["expected_on_arm_mm"])
     text = f"Expected on the arm {main_figures(document)[2]}: {expected}. In the model: {sentence} {sure}"
-    return _certificate(title, verdict, text, document, [_examined(facts), *parts])
+    return _certificate(title, verdict, text, document, facts, *parts)
 
 
 def _on_the_arm(document: Values, kept: bool) -> tuple[Verdict, str]:
@@ -121,25 +121,21 @@ def arm_certificate(name: str, comparison: Comparison) -> Document:
     rows = [(what, "" if value is None else f"{value:.3f}", "", "") for what, value in figures]
     columns = ("figure", f"found [{kind.unit}]", f"required [{kind.unit}]", "accepted")
     part = _part("Pose accuracy and repeatability after ISO 9283", columns, rows, BY_HAND)
-    return _certificate("Accuracy of an arm", None, shown.sentence, document, [_examined(facts), part])
+    return _certificate("Accuracy of an arm", None, shown.sentence, document, facts, part)
 
 
 def _certificate(
-    title: str, verdict: Verdict | None, sentence: str, values: Values, sections: Sequence[Section]
+    title: str, verdict: Verdict | None, sentence: str, values: Values, facts: Sequence[Row], *parts: Section
 ) -> Document:
     """Assemble a certificate; it is "good" where the verdict is that the tolerance is kept on the arm.
 
     Args:
-        verdict: of what is computed; None where it is left to who signs. sections: its tables.
+        verdict: of what is computed; None where it is left to who signs. facts: what was examined, as (what, with).
+        parts: its tables.
     """
     figure = Figure("verdict", "" if verdict is None else verdict.value, "good" if verdict is Verdict.KEPT else "bad")
-    basis = "" if verdict is None else COMPUTED
+    basis, sections = "" if verdict is None else COMPUTED, [_part("what was examined", ("what", "with"), facts), *parts]
     return Document(title=title, values=values, sentence=sentence, figures=[figure], basis=basis, sections=sections)
-
-
-def _examined(facts: Sequence[tuple[str, str]]) -> Section:
-    """Return the section on what was examined, as (what, with)."""
-    return _part("what was examined", ("what", "with"), facts)
 
 
 def _part(title: str, columns: Sequence[str], rows: Sequence[Row], note: str = "") -> Section:

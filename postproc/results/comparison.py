@@ -11,20 +11,7 @@ from postproc.estimation.findings import subsample_findings
 from postproc.identification.compare import Comparison, Trend, sizes, worst_rows
 from postproc.measure.errors import rms
 from postproc.numbers import mm, mm_or_none
-from postproc.report.blocks import (
-    Bar,
-    Bars,
-    Block,
-    Chart,
-    Columns,
-    DataTable,
-    Document,
-    Figure,
-    Scene,
-    Section,
-    Values,
-    View,
-)
+from postproc.report.blocks import Bar, Bars, Chart, Columns, DataTable, Document, Figure, Scene, Section, Values, View
 from postproc.report.drawing.laws import law_charts, laws_of
 from postproc.report.drawing.residuals import channel_sections
 from postproc.report.drawing.steps import Rung, distance_chart, steps_data
@@ -39,6 +26,7 @@ GREY = (
     "Grey: what a smooth function of all channels, without physics, reaches on rows that it has not seen. "
     "An effect that jumps can do better."
 )
+WITHIN = {"50": "half", "95": "95 %", "99": "99 %"}  # shares of the poses by their percentile
 WORST, FOLLOWED = 5, 8
 """Worst poses, and channels that the residual follows, that a terminal prints."""
 
@@ -112,7 +100,7 @@ def comparison_values(comparison: Comparison) -> Values:
         **({"rms_3d_mm": round(float(np.sqrt(np.mean(known**2))), 6)} if space else {}),
         key("mean"): round(float(np.mean(known)), 6),
         key("maximum"): round(float(np.max(known)), 6),
-        key("percentiles"): {str(p): round(float(np.percentile(known, p)), 6) for p in (50, 95, 99)},
+        key("percentiles"): {p: round(float(np.percentile(known, float(p))), 6) for p in WITHIN},
         key(f"per_{kind.each}"): {
             name: {"rms": mm(rms(column)), "mean": mm(float(column.mean()))} for name, column in measured if len(column)
         },
@@ -197,7 +185,7 @@ def _without_physics(error: float, bound: float, noise: float | None, unit: str)
     return f"A free function of the channels, without physics, {lowered}."
 
 
-def _figures(values: Values, comparison: Comparison) -> list[Block]:
+def _figures(values: Values, comparison: Comparison) -> list[DataTable]:
     """Return two tables: rms and mean by axis or joint; percentiles, worst pose and ISO 9283 figures.
 
     Args:
@@ -206,9 +194,7 @@ def _figures(values: Values, comparison: Comparison) -> list[Block]:
     kind = comparison.fit.observed
     within, along = values[kind.key("percentiles")], values[kind.key(f"per_{kind.each}")]
     single = [
-        ("half of the poses are within", within["50"]),
-        ("95 % of the poses are within", within["95"]),
-        ("99 % of the poses are within", within["99"]),
+        *((f"{share} of the poses are within", within[p]) for p, share in WITHIN.items()),
         ("worst pose", values[kind.key("maximum")]),
         *iso_figures(values),
     ]

@@ -18,31 +18,12 @@ from postproc.identification.joint_curves import JointCurve, curves
 from postproc.identification.screen.candidate import Candidate
 from postproc.measure.errors import rms
 from postproc.numbers import mm, mm_or_none
-from postproc.report.blocks import (
-    Bar,
-    Bars,
-    Block,
-    Chart,
-    Columns,
-    DataTable,
-    Document,
-    Figure,
-    Scene,
-    Section,
-    Values,
-    View,
-)
+from postproc.report.blocks import Bar, Bars, Chart, Columns, DataTable, Document, Figure, Scene, Section, Values, View
 from postproc.report.drawing.residuals import channel_sections, suspect_chart
 from postproc.report.drawing.steps import Rung, distance_chart, steps_data
 from postproc.results.addition import BASE_LABEL
 from postproc.results.comparison import workspace_section
-from postproc.results.fit import (
-    noise_values,
-    parameter_table,
-    parameter_values,
-    structure_values,
-    undetermined_sentences,
-)
+from postproc.results.fit import effect_values, noise_values, parameter_table, undetermined_sentences
 from postproc.results.sentences import MOST_RIVALS_NAMED, doubts, headline, title
 from postproc.results.wording import ANY_FUNCTION, p_text, percent, place
 
@@ -73,24 +54,32 @@ def diagnosis_document(name: str, d: Diagnosis) -> Document:
     Args:
         name: of the model and the tables, for the title.
     """
-    values, kind = diagnosis_values(d), d.base.observed
+    values, kind, unit = diagnosis_values(d), d.base.observed, d.base.observed.unit
+    floor, error, rms_key = values[kind.key("floor")], kind.key("held_out_rms"), kind.key("rms")
     rungs = [Rung(BASE_LABEL, d.base, d.base.held_out_rms)]
     if d.missing:
         rungs.append(Rung("with what is missing", d.model, d.final.held_out_rms))
-    steps = cache(lambda: steps_data(rungs, [m.key for m in d.missing], values[kind.key("floor")]))
+    steps = cache(lambda: steps_data(rungs, [m.key for m in d.missing], floor))
     suspected = [(s.channel, s.where) for s in d.remaining]
     strongest = Chart(lambda: [suspect_chart(d.searched, s, d.floor) for s in d.remaining[:1] if d.missing])
+    law = [f"In symbols: {'; '.join(s['law'])}" for s in values["suspects"][:1]]
     blind = DataTable("not shown", ("effect", "why"), list(d.blind.items()))
     return Document(
         title=f"postproc diagnose {name}",
         values=values,
         sentence=headline(d),
-        figures=_figures(d, values),
+        figures=[
+            Figure("error now", values[error], "before", unit),
+            Figure("noise", floor, unit=unit),
+            *verdict_figures(values),
+            Figure("error with it", values[f"{error}_after"] if d.missing else None, "after", unit),
+            Figure("error in parts left out with what has no name", values[f"{rms_key}_unnamed"], "after", unit),
+        ],
         sections=[
             _ladder(d, values, steps),
             Section("Also to know", [*doubts(d), *undetermined_sentences(d.model)]),
             _missing_section(d),
-            Section("What remains follows", [strongest, suspect_table(d.remaining), *first_law(d)], REMAINING_NOTE),
+            Section("What remains follows", [strongest, suspect_table(d.remaining), *law], REMAINING_NOTE),
             *workspace_section(kind.name, "Where it is off", program=bool(d.missing)),
             *channel_sections(d.final, "What the rest follows", suspected, folded=kind.name == "position"),
             _ranking(d, values),
@@ -121,24 +110,15 @@ def diagnosis_values(d: Diagnosis) -> Values:
                 **_kind_values(d, m.key),
                 "not_separable_from": list(m.not_separable),
                 "not_seen_beside": list(m.unseen),
-                "parameters": parameter_values(d.model, m.key),
-                "structure": structure_values(d.model, m.key),
+                **effect_values(d.model, m.key),
                 "law": [_curve_values(curve) for curve in curves(d.model, m.key)],
             }
             for m in d.missing
         ],
-        "candidates": [
-            *(_candidate(d, c.key, c) for c in d.candidates),
-            *(_candidate(d, key, None) for key in d.untestable),
-        ],
+        "candidates": [_candidate(d, c.key, c) for c in d.candidates] + [_candidate(d, key) for key in d.untestable],
         "suspects": [
-            {
-                "channel": s.channel,
-                "where": s.where,
-                "share": round(s.share, 4),
-                "pattern": s.pattern,
-                "law": law_of_suspect(d.searched, s),
-            }
+            {"channel": s.channel, "where": s.where, "share": round(s.share, 4), "pattern": s.pattern}
+            | {"law": law_of_suspect(d.searched, s)}
             for s in d.remaining
         ],
         key("floor"): mm_or_none(d.floor),
@@ -176,7 +156,7 @@ def _curve_values(curve: JointCurve) -> Values:
     }
 
 
-def _candidate(d: Diagnosis, key: str, c: Candidate | None) -> Values:
+def _candidate(d: Diagnosis, key: str, c: Candidate | None = None) -> Values:
     """Return an entry of ``candidates``: an effect that was tried alone.
 
     Args:
@@ -193,25 +173,6 @@ def _candidate(d: Diagnosis, key: str, c: Candidate | None) -> Values:
         "testable": why is None,
         "why_not": why,
     }
-
-
-def _figures(d: Diagnosis, values: Values) -> list[Figure]:
-    """Return the main figures: error now, noise, the verdict, and the error with what was found.
-
-    Args:
-        values: the document of the diagnosis.
-    """
-    kind = d.base.observed
-    error = kind.key("held_out_rms")
-    return [
-        Figure("error now", values[error], "before", kind.unit),
-        Figure("noise", values[kind.key("floor")], unit=kind.unit),
-        *verdict_figures(values),
-        Figure("error with it", values[f"{error}_after"] if d.missing else None, "after", kind.unit),
-        Figure(
-            "error in parts left out with what has no name", values[f"{kind.key('rms')}_unnamed"], "after", kind.unit
-        ),
-    ]
 
 
 def verdict_figures(values: Values) -> list[Figure]:
@@ -267,17 +228,15 @@ def _missing_section(d: Diagnosis) -> Section:
     kind = d.base.observed
     rows = [(m.key, title(d, m), place(m.label), p_text(m.p_value), mm(m.held_out_after)) for m in d.missing]
     columns = ("effect", "what it is", "form", "p", f"held out with it [{kind.unit}]")
-    blocks: list[Block] = [
-        DataTable("missing effects", columns, rows),
-        parameter_table(d.model, [m.key for m in d.missing]),
-    ]
+    tables = (DataTable("missing effects", columns, rows), parameter_table(d.model, [m.key for m in d.missing]))
+    extremes = []
     # Of a smooth correction: where each joint's curve is lowest and highest, and the median of its deviation.
     for curve in (c for m in d.missing if _kind_values(d, m.key)["is"] != "cause" for c in curves(d.model, m.key)):
         ends = sorted((int(np.argmin(curve.turn)), int(np.argmax(curve.turn))))
         knots = ", ".join(f"{1e3 * curve.turn[k]:.2f} mrad near {shown(curve.channel, curve.at[k])}" for k in ends)
         sigma = 1e3 * np.median(curve.sigma)
-        blocks.append(f"joint {curve.joint} along {curve.channel}: {knots}, \N{PLUS-MINUS SIGN} {sigma:.2f}")
-    return Section("What is missing", blocks, "`postproc add` writes the model that has it.")
+        extremes.append(f"joint {curve.joint} along {curve.channel}: {knots}, \N{PLUS-MINUS SIGN} {sigma:.2f}")
+    return Section("What is missing", [*tables, *extremes], "`postproc add` writes the model that has it.")
 
 
 def suspect_table(suspects: Sequence[Any]) -> DataTable:
@@ -289,11 +248,6 @@ def suspect_table(suspects: Sequence[Any]) -> DataTable:
     channels = grouped(((s.where, s.pattern, s.share), s.channel) for s in suspects)
     rows = [(where, joined(some), pattern, percent(share)) for (where, pattern, share), some in channels.items()]
     return DataTable("suspects", ("where", "channel", "pattern", "explains"), rows)
-
-
-def first_law(d: Diagnosis) -> list[str]:
-    """Return a sentence with the law of the strongest suspect in symbols; none without suspects."""
-    return [f"In symbols: {'; '.join(law_of_suspect(d.searched, s))}" for s in d.remaining[:1]]
 
 
 def _ranking(d: Diagnosis, values: Values) -> Section:

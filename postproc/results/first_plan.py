@@ -29,15 +29,9 @@ def first_plan_document(name: str, plan: SetupPlan) -> Document:
     drawn = Chart(lambda: posture_drawings(plan.model, plan.state.q, plan.ids, gauge * plan.direction), DRAWING_WIDTH)
     table = DataTable("set-ups", columns, rows, brief=range(3))
     sections = [Section("Readings", [table]), Section("Postures from the side", [drawn])]
-    title, values, sentence = f"postproc plan {name}", first_plan_values(plan), first_plan_sentence(plan)
-    return Document(title=title, values=values, sentence=sentence, sections=sections)
-
-
-def first_plan_values(plan: SetupPlan) -> Values:
-    """Return the ``postproc/plan/1`` document of a plan without a table."""
     keys = ("pose_id", "name", "load", "expected_change_mm")
     listed = zip(plan.ids, plan.names, plan.loads, [mm(x, 4) for x in plan.change], strict=True)
-    return {
+    values: Values = {
         "schema": "postproc/plan/1",
         "kind": plan.kind,
         "poses": len(plan.state),
@@ -46,6 +40,8 @@ def first_plan_values(plan: SetupPlan) -> Values:
         "joints_never_loaded": [j + 1 for j in plan.unloaded],
         "set_ups": [dict(zip(keys, row, strict=True)) for row in listed],
     }
+    title, sentence = f"postproc plan {name}", first_plan_sentence(plan)
+    return Document(title=title, values=values, sentence=sentence, sections=sections)
 
 
 def first_plan_sentence(plan: SetupPlan) -> str:

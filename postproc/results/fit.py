@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import chain
 
 import numpy as np
 
 from postproc.effects.roles import Role
 from postproc.estimation.findings import MOST_ROWS_NAMED, cautions
 from postproc.estimation.fitted import Fit
-from postproc.estimation.recorded import Share, beyond_sigma, expected_remaining, pose_error_sigma, undetermined
+from postproc.estimation.recorded import beyond_sigma, expected_remaining, pose_error_sigma, undetermined
 from postproc.grouping import grouped
 from postproc.identification.add import FitFigures
 from postproc.measure.errors import distances
 from postproc.model.uncertainty import parameter_name
-from postproc.numbers import mm, mm_or_none
+from postproc.numbers import mm, mm_or_none, percent_range
 from postproc.report.blocks import DataTable, Document, Figure, Section, Values
 from postproc.results.wording import known_values, parameter_rows, parameters_text
+
+REMAINING = (
+    "Of the deflection under these loads {} was expected to remain after a correction with the stiffness of the arm's "
+    "type; with this model it is {}. Of that by the loads alone, without the weight of the links, it was {} and is {}"
+)
 
 
 def fit_document(name: str, fit: Fit) -> Document:
@@ -29,6 +35,7 @@ def fit_document(name: str, fit: Fit) -> Document:
     noise = "unknown" if level is None else f"{1e3 * level:.3f} {unit} ({fit.parts.origin})"
     if level is not None and fit.parts.repeatability:
         noise += f", of which {1e3 * fit.parts.repeatability:.3f} {unit} is how well the arm repeats a pose"
+    keys = [e.key for e in fit.model.effects if e.role is not Role.SETUPS]
     unseen = f"{1e3 * fit.held_out_rms:.3f} {unit} on rows that the fit has not seen"
     if fit.unnamed:
         unseen = (
@@ -44,9 +51,7 @@ def fit_document(name: str, fit: Fit) -> Document:
             Figure("noise", mm_or_none(level), unit=unit),
         ],
         sections=[
-            Section(
-                "Parameters", [parameter_table(fit, [e.key for e in fit.model.effects if e.role is not Role.SETUPS])]
-            ),
+            Section("Parameters", [parameter_table(fit, keys)]),
             Section("What to know of this fit", known_of(fit)),
         ],
     )
@@ -60,19 +65,10 @@ def laws_in_symbols(fit: Fit) -> list[str]:
 def known_of(fit: Fit) -> list[str]:
     """Return sentences on undetermined parameters, rows left out, and what to know before relying on the fit."""
     words = (f"{d.message[0].upper()}{d.message[1:]}; {d.help}." for d in cautions(fit))
-    shares = expected_remaining(fit)
-    told = [] if shares is None else [_remaining_sentence(*shares)]
-    return [*told, *undetermined_sentences(fit), *excluded_rows(fit), *words]
-
-
-def _remaining_sentence(whole: tuple[Share, Share], loads: tuple[Share, Share]) -> str:
-    """Say how much of the deflection is expected to remain with the stiffness of the type, and with the fitted one."""
-    usual, now, usual_load, load = (f"{100 * low:.0f} to {100 * high:.0f} %" for low, high in (*whole, *loads))
-    return (
-        f"Of the deflection under these loads {usual} was expected to remain after a correction with the stiffness of "
-        f"the arm's type; with this model it is {now}. Of that by the loads alone, without the weight of the links, it "
-        f"was {usual_load} and is {load}"
-    )
+    lines = [*undetermined_sentences(fit), *excluded_rows(fit), *words]
+    if (shares := expected_remaining(fit)) is None:
+        return lines
+    return [REMAINING.format(*map(percent_range, chain(*shares))), *lines]
 
 
 def undetermined_sentences(fit: Fit) -> list[str]:
@@ -122,7 +118,7 @@ def fit_values(fit: Fit, before: Values | None = None) -> Values:
     Args:
         before: ``error_values`` of the model to which effects were added, None for a first fit.
     """
-    shares = expected_remaining(fit)
+    shares, effects = expected_remaining(fit), {e.key: effect_values(fit, e.key) for e in fit.model.effects}
     return {
         "schema": "postproc/fit/1",
         "observed": fit.observed.name,
@@ -135,8 +131,8 @@ def fit_values(fit: Fit, before: Values | None = None) -> Values:
             {"set_aside_files": [fit.data.sources[file].path for file, _ in fit.excluded_rows]} if fit.data.file else {}
         ),
         "before": before,
-        "parameters": {e.key: parameter_values(fit, e.key) for e in fit.model.effects},
-        "structure": {e.key: structure_values(fit, e.key) for e in fit.model.effects if e.structures()},
+        "parameters": {key: values["parameters"] for key, values in effects.items()},
+        "structure": {key: values["structure"] for key, values in effects.items() if values["structure"]},
         "undetermined": undetermined_values(fit),
         "not_identifiable": [parameter_name(fit.model, key, i) for key, i in not_identifiable(fit)],
         "expected_remaining_fraction": shares and [round(x, 3) for x in shares[0][1]],
@@ -170,30 +166,22 @@ def noise_values(fit: Fit) -> Values:
     }
 
 
-def parameter_values(fit: Fit, key: str) -> dict[str, list[list[float | None]]]:
-    """Return the entries of each parameter of an effect as [value, standard deviation], in SI units.
+def effect_values(fit: Fit, key: str) -> dict[str, Values]:
+    """Return ``parameters`` and ``structure`` of an effect, both empty where the model has no such effect.
 
-    The standard deviation is None for an entry that was not fitted. Empty where the model has no such effect.
+    Each parameter has its entries as [value, standard deviation], in SI units; the latter is None for an entry that was
+    not fitted. Structural choices are searched and not fitted: a joint, a harmonic order.
 
     Args:
         key: of the effect.
     """
     effect = fit.model.effect(key)
     if effect is None:
-        return {}
+        return {"parameters": {}, "structure": {}}
     known = [fit.sigma.get((key, i)) for i in range(len(effect.vector()))]
     pairs = iter(zip(effect.vector().tolist(), known, strict=True))
-    return {n: [list(next(pairs)) for _ in range(int(np.prod(effect.shape(n))))] for n in effect.parameters()}
-
-
-def structure_values(fit: Fit, key: str) -> Values:
-    """Return the structural choices of an effect, which are searched and not fitted: a joint, a harmonic order.
-
-    Args:
-        key: of the effect; without it in the model the result is empty.
-    """
-    effect = fit.model.effect(key)
-    return {} if effect is None else {k: v for k, v in effect.to_file().items() if k in effect.structures()}
+    entries = {n: [list(next(pairs)) for _ in range(int(np.prod(effect.shape(n))))] for n in effect.parameters()}
+    return {"parameters": entries, "structure": {k: v for k, v in effect.to_file().items() if k in effect.structures()}}
 
 
 def not_identifiable(fit: Fit) -> list[tuple[str, int]]:

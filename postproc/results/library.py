@@ -12,7 +12,7 @@ from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, has_errors
 from postproc.effects.base import Effect
 from postproc.effects.findings import origin
-from postproc.report.blocks import DataTable, Document, Section
+from postproc.report.blocks import DataTable, Document, Section, attributes
 from postproc.robot.arm import Robot
 
 
@@ -51,25 +51,19 @@ def _use(robot: Robot) -> str:
 def _known(robot: Robot) -> list[tuple[str, str, str, str]]:
     """Return rows of quantity, status (``known``, ``estimated`` or ``unknown``), values and source."""
     limits, estimates = ("joints.limits_deg", "joints", "robot"), ("joints", "accelerations")
+    offsets = np.linalg.norm(robot.link[:, :3, 3], axis=1) * 1e3
+    stiffness = None if robot.joint_compliance is None else 1.0 / robot.joint_compliance
     table: list[tuple[str, Array | float | None, tuple[str, ...]]] = [
         ("payload [kg]", robot.payload, ("payload_kg",)),
         ("reach to the wrist [mm]", None if robot.reach is None else 1e3 * robot.reach, ("reach_mm",)),
-        (
-            "offsets of the axes [mm]",
-            np.linalg.norm(robot.link[:, :3, 3], axis=1) * 1e3,
-            ("chain.origin_mm", "dh.a_mm", "robot"),
-        ),
+        ("offsets of the axes [mm]", offsets, ("chain.origin_mm", "dh.a_mm", "robot")),
         ("lower limit [deg]", np.degrees(robot.lower), limits),
         ("upper limit [deg]", np.degrees(robot.upper), limits),
         ("speed [deg/s]", np.degrees(robot.speed), ("joints.speed_deg_per_s", "joints", "robot")),
         ("acceleration [rad/s^2]", robot.acceleration, ("joints.acceleration_rad_per_s2", *estimates)),
         ("jerk [rad/s^3]", robot.jerk, ("joints.jerk_rad_per_s3", *estimates)),
         ("torque [N m]", robot.torque, ("joints.torque_Nm", "robot")),
-        (
-            "stiffness [N m/rad]",
-            None if robot.joint_compliance is None else 1.0 / robot.joint_compliance,
-            ("joints.stiffness_Nm_per_rad",),
-        ),
+        ("stiffness [N m/rad]", stiffness, ("joints.stiffness_Nm_per_rad",)),
         ("within a factor of (95 %)", robot.stiffness_factor, ("joints.stiffness_factor",)),
         ("mass of bodies [kg]", robot.mass if robot.mass.any() else None, ("bodies.body", "robot")),
         ("within a factor of (68 %)", robot.mass_factor, ("bodies.mass_factor",)),
@@ -95,8 +89,7 @@ def _robot_values(robot: Robot) -> dict[str, Any]:
         "limits_deg": np.degrees(np.column_stack([robot.lower, robot.upper])),
         "speed_deg_per_s": np.degrees(robot.speed),
         "joint_compliance_rad_per_Nm": robot.joint_compliance,
-        "stiffness_source": robot.stiffness_source,
-        "stiffness_factor": robot.stiffness_factor,
+        **attributes(robot, "stiffness_source", "stiffness_factor"),
         "mass_kg": robot.mass,
         "mass_factor": robot.mass_factor,
     }

@@ -27,7 +27,7 @@ from postproc.identification.diagnosis import Diagnosis
 from postproc.identification.screen.candidate import Candidate
 from postproc.measure.observations import observations
 from postproc.results.diagnosis import brief_ranking, suspect_table, verdict_figures
-from postproc.results.fit import fit_values, parameter_values
+from postproc.results.fit import effect_values, fit_values
 from postproc.results.sentences import doubts, headline, of_little_worth
 from postproc.results.wording import fitted_values, grouped, in_words, p_text, parameter_rows, parameters_text, place
 from tests.identification.cells import base_fit, cell
@@ -123,10 +123,10 @@ def test_bodies_and_sessions_are_named_as_elsewhere() -> None:
 def test_deviations_in_json_are_standard_deviations() -> None:
     data, _ = cell(seed=101)
     fit = base_fit(data)
-    told = parameter_values(fit, "joint_offset")["offset_rad"]
+    told = effect_values(fit, "joint_offset")["parameters"]["offset_rad"]
     assert told[1] == [fit.model.effect("joint_offset").vector()[1], fit.sigma["joint_offset", 1]]
     assert told[0][1] is None  # joint 1 turns with the instrument's frame
-    assert np.shape(parameter_values(fit, "instrument_frame")["shift_m"]) == (3, 2)
+    assert np.shape(effect_values(fit, "instrument_frame")["parameters"]["shift_m"]) == (3, 2)
 
 
 def test_a_map_of_a_joint_is_told_by_its_size() -> None:

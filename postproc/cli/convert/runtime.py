@@ -17,6 +17,7 @@ from postproc.cli.options import (
     VectorText,
     parse_channel,
     parse_numbers,
+    parse_tool,
     parse_vector,
 )
 from postproc.cli.output import check_outputs, present
@@ -50,10 +51,6 @@ class RunTimeOptions(RobotOptions):
     region: VectorText | None = None
     channel: Names = ()
 
-    def arm(self, module: Path) -> tuple[Settings, Model]:
-        """Return the settings for a module (options over ``postproc.toml`` or backup) and the model they name."""
-        return settled(self.settings_at(module.parent), str(module))
-
     def conditions(self, settings: Settings, model: Model) -> Conditions:
         """Return the range of targets that the module is made for, without process force.
 
@@ -64,10 +61,7 @@ class RunTimeOptions(RobotOptions):
 
         from postproc.runtime.conditions import Conditions
 
-        frame = model.T_flange_tcp.copy()
-        if self.tcp is not None:
-            frame = np.eye(4)
-            frame[:3, 3] = 1e-3 * np.array(parse_vector("--tcp", self.tcp, "0,0,350"))
+        frame = model.T_flange_tcp if self.tcp is None else parse_tool(self.tcp, "--tcp", "0,0,350")
         mass, centre = 0.5 * (model.robot.payload or 0.0), 0.5 * frame[:3, 3]
         if self.load is not None:
             mass, *xyz = parse_numbers("--load", self.load, 4, "`--load 30,0,0,120`")
@@ -113,8 +107,9 @@ def write(
     from postproc.runtime.document import written_document
     from postproc.runtime.written import write_module
 
-    check_outputs(made_for.settings_at(output.parent).inputs, output)
-    settings, model = made_for.arm(output)
+    settings = made_for.settings_at(output.parent)
+    check_outputs(settings.inputs, output)
+    settings, model = settled(settings, str(output))
     push, turn = (np.array(parse_vector(f"--{n}", v)) for n, v in (("force", force), ("moment", moment)))
     conditions = replace(
         made_for.conditions(settings, model), force=push, moment=turn, force_on=force_on, bound_m=1e-3 * bound
@@ -126,7 +121,7 @@ def write(
     if not failed:
         write_file(output, result.text)
     present(written_document(str(output), model.robot.name, result), json=json, text=True, on_stderr=True)
-    return 1 if failed else 0
+    return int(failed)
 
 
 def check(
@@ -150,7 +145,7 @@ def check(
     from postproc.runtime.proof.check import check_module
     from postproc.runtime.tables import corrected_model
 
-    settings, model = made_for.arm(Path(module))
+    settings, model = settled(made_for.settings_at(Path(module).parent), str(Path(module)))
     conditions = made_for.conditions(settings, model)
     source = read_source(module)
     with watching(f"running `{module}`"):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from postproc.cli.inputs import assumed, load_model, read_source
-from postproc.cli.options import AS_WRITTEN, EffectFiles, Flag, SideFiles, VectorText, parse_tool, positive
+from postproc.cli.options import AS_WRITTEN, EffectFiles, Flag, Names, SideFiles, VectorText, parse_tool, positive
 from postproc.cli.output import check_outputs
 from postproc.cli.printing import say, show
 from postproc.diagnostics import PostprocError
@@ -75,7 +75,7 @@ class TableOptions:
     columns: str | None = None
     joints: str | None = None
     rows_in_order: Flag = False
-    accept: Annotated[tuple[str, ...], Parameter(n_tokens=1, show_default=False)] = ()
+    accept: Names = ()
 
     @property
     def inputs(self) -> tuple[str | Path | None, ...]:

@@ -177,15 +177,12 @@ def _curve(
         return np.asarray(amounts(e, swept)[:, k].reshape(len(at), -1).mean(axis=1))
 
     y, x = law(effect), effect.vector()
-    columns = [(column, i) for column, (key, i) in enumerate(fit.parameters) if key == effect.key]
+    columns = np.array([k for k, (key, _) in enumerate(fit.parameters) if key == effect.key], dtype=int)
     slopes = np.zeros((len(at), len(columns)))
-    for m, (_, i) in enumerate(columns):
-        step = 1e-3 * float(effect.scale()[i])
-        nudged = x.copy()
-        nudged[i] += step
-        slopes[:, m] = (law(effect.with_vector(nudged)) - y) / step
-    index = [column for column, _ in columns]
-    covariance = fit.covariance[np.ix_(index, index)] if columns else np.zeros((0, 0))
+    for m, i in enumerate(fit.parameters[column][1] for column in columns):
+        step = 1e-3 * effect.scale()[i] * (np.arange(len(x)) == i)
+        slopes[:, m] = (law(effect.with_vector(x + step)) - y) / step[i]
+    covariance = fit.covariance[np.ix_(columns, columns)]
     sigma = np.sqrt(np.maximum(np.einsum("nm,mk,nk->n", slopes, covariance, slopes), 0.0))
     return DrawnCurve(at, y, sigma)
 

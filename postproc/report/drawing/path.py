@@ -78,10 +78,7 @@ def path_data(conversion: Conversion) -> Values:
             "first": exact(np.array([m.first for m in moves])),
             "tolerance": packed(1e3 * plan.path_tolerance),
         },
-        "largest": {
-            when: _largest(deviation, statement, len(statements))
-            for when, deviation in (("before", before), ("after", after))
-        },
+        "largest": {w: _largest(d, statement, len(statements)) for w, d in (("before", before), ("after", after))},
         "targets": [_target(outcome.statement) for outcome in conversion.outcomes],
         "sources": _sources(conversion),
         # Where the arm stands in the frame of the work, which a track or a positioner moves.

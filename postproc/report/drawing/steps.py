@@ -44,20 +44,18 @@ def steps_data(rungs: Sequence[Rung], keys: Iterable[str], floor: float | None) 
     last, keys = rungs[-1].fit, list(keys)
     rows, ranges = _chosen(last), standing_out(rungs[0].fit)
     q, joint = last.data.state.q[rows], last.observed.name == "joint"
-    steps = []
-    for rung in rungs:
-        away, _ = _in_base(rung.fit, rows)
-        steps.append(
-            {
-                "name": rung.name,
-                "error": 1e3 * rung.error,
-                "away": None if joint else packed(1e3 * away),
-                "charts": charts_of(rung.fit, ranges),
-                "laws": law_charts(laws_of(rung.fit, keys)),
-                "forces": _forces(rung.fit, keys, rows),
-                "program": _sample_program(rung.fit.model, last, rows),
-            }
-        )
+    steps = [
+        {
+            "name": rung.name,
+            "error": 1e3 * rung.error,
+            "away": None if joint else packed(1e3 * _in_base(rung.fit, rows)[0]),
+            "charts": charts_of(rung.fit, ranges),
+            "laws": law_charts(laws_of(rung.fit, keys)),
+            "forces": _forces(rung.fit, keys, rows),
+            "program": _sample_program(rung.fit.model, last, rows),
+        }
+        for rung in rungs
+    ]
     return {
         "unit": last.observed.unit,
         "floor": floor,
