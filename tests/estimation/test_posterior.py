@@ -33,8 +33,8 @@ LIBRARY = effect_library()
 
 
 def lognormal_deviation(median: float) -> float:
-    """Standard deviation of log-normal numbers about their median, 95 % of which lie within a factor of 2.5."""
-    spread = np.log(2.5) / 1.959964
+    """Standard deviation of log-normal numbers about their median, 95 % of which lie within a factor of 2.2."""
+    spread = np.log(2.2) / 1.959964
     return float(median * np.exp(spread**2 / 2) * np.sqrt(np.exp(spread**2) - 1))
 
 

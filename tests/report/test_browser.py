@@ -217,7 +217,7 @@ def test_the_error_falls_from_step_to_step_of_a_model(opened: Open) -> None:
     assert "+ transmission_error" in page.inner_text(STEP_NAME) and laws.count() >= 3
     page.fill('[aria-label="step of the model"]', "0")
     page.wait_for_timeout(700)
-    assert page.inner_text(STEP_NAME) == "0.144 mm the model as it came" and laws.count() == 0
+    assert page.inner_text(STEP_NAME) == "0.145 mm the model as it came" and laws.count() == 0
     base = page.evaluate(PICTURE)
     with changes(page, "document.querySelector('[data-steps=charts]').innerHTML"):
         page.keyboard.press("ArrowRight")
