@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -120,11 +121,14 @@ def scatter_of(model: Model, state: State, known: Array | None = None, weights: 
     return Scatter((low, high), (least, most))
 
 
+@lru_cache(maxsize=2)
 def normal_draws(count: int) -> Array:
     """Return `DRAWS` standard normal draws of so many numbers: a scrambled Sobol sequence, the same every time."""
     from scipy.stats import norm, qmc
 
-    return np.asarray(norm.ppf(qmc.Sobol(count, rng=np.random.default_rng(0)).random(DRAWS)))
+    drawn = np.asarray(norm.ppf(qmc.Sobol(count, rng=np.random.default_rng(0)).random(DRAWS)))
+    drawn.setflags(write=False)
+    return drawn
 
 
 def deflection_shares(model: Model, state: State) -> Array:
