@@ -107,6 +107,12 @@ def test_a_tip_turns_with_joint_1_which_predictions_count_and_work_does_not() ->
     np.testing.assert_array_equal(seen[:, :, others], work[:, :, others])
 
 
+def test_more_parameters_than_a_tip_can_tell_do_not_take_up_its_noise() -> None:
+    s = an_arm()
+    fit = fitted(tips(np.random.default_rng(SEED), s), s, (*BASE, "link_geometry"))
+    assert 0.5 < fit.variance < 2.0  # in units of the stated noise, which is the true one
+
+
 def test_a_model_knows_a_tip_by_its_name_and_rows_place_another_gauge() -> None:
     s = an_arm()
     rows = joined([tips(np.random.default_rng(SEED), s), gauges(np.random.default_rng(SEED + 1), s)])
