@@ -145,6 +145,9 @@ def spoiled(name: str) -> Rows:
         normal[2 * first : 2 * first + 2] *= -1
     if name == "a turn of the dial":
         reading[2 * first + 1] += 1e-3
+    if name == "a turn of a dial from the other side":
+        reading[2 * first + 1] += 1e-3
+        reading, normal = -reading, -normal
     if name == "two tips":
         return replace(rows, name=np.array(["S1"] * len(rows), object))
     return replace(rows, reading=reading, normal=normal)
@@ -166,7 +169,14 @@ def test_what_cannot_have_been_read_is_refused(name: str, code: str, said: str) 
     assert said in finding.message
 
 
-@pytest.mark.parametrize(("name", "said"), [("one turned", "against the load"), ("a turn of the dial", "often 1 mm")])
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("one turned", "against the load"),
+        ("a turn of the dial", "often 1 mm"),
+        ("a turn of a dial from the other side", "often 1 mm"),
+    ],
+)
 def test_a_reading_that_contradicts_the_others_is_not_used(name: str, said: str) -> None:
     data = read(spoiled(name), an_arm())
     (finding,) = (d for d in data.diagnostics if d.code == "DAT041")

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from postproc.arrays import GRAVITY, Array
 from postproc.diagnostics import Diagnostic, Severity
-from postproc.measure.kinds.observed import READING_KINDS, rows_of
+from postproc.measure.kinds.gauge import Gauge
+from postproc.measure.kinds.observed import kind_of, rows_of
+from postproc.measure.kinds.tip import Tip
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.cells import Cells
 from postproc.robot.arm import Robot
@@ -52,7 +54,7 @@ def _check_tips(data: Measurements, robot: Robot, cells: Cells) -> Iterator[Odd]
 
     With p and R the nominal flange and t the TCP on it, p + R t = c in every row: c and t of least absolute misses.
     """
-    tips = rows_of(data.state, READING_KINDS[0])
+    tips = rows_of(data.state, kind_of(Tip.column))
     tips = tips[data.usable[tips]]
     if not len(tips):
         return
@@ -105,7 +107,7 @@ class LoadChanges:
 def _changes(data: Measurements, robot: Robot) -> LoadChanges | None:
     """Return the changes of gauges under load; None where there are none, or the arm's stiffness is not known."""
     state, readings = data.state, data.readings
-    gauges = [i for kind in READING_KINDS if kind.column == "gauge" for i in rows_of(state, kind) if data.usable[i]]
+    gauges = [i for i in rows_of(state, kind_of(Gauge.column)) if data.usable[i]]
     if readings is None or robot.joint_compliance is None or state.payload_mass is None or not gauges:
         return None
     first: dict[int, int] = {}
@@ -175,8 +177,9 @@ def _check_strays(changes: LoadChanges, data: Measurements, cells: Cells) -> Ite
         return np.append((changes.by_joint @ np.exp(x) - changes.change) / DIAL_M, x / COMPLIANCE_LOG)
 
     best = least_squares(misses, np.zeros(6), loss="soft_l1", max_nfev=200).x
-    off = np.abs(changes.by_joint @ np.exp(best) - changes.change)
-    far = np.flatnonzero(off > np.maximum(LEAST_CHANGE_M, 10 * np.median(off)) + 0.5 * np.abs(changes.change - off))
+    predicted = changes.by_joint @ np.exp(best)
+    off = np.abs(changes.change - predicted)
+    far = np.flatnonzero(off > np.maximum(LEAST_CHANGE_M, 10 * np.median(off)) + 0.5 * np.abs(predicted))
     for k in far if len(far) <= len(off) // FEWEST_CHANGES else ():
         row = int(changes.row[k])
         message = f"`{data.state.setup_of_rows[row]}` changes by {1e3 * changes.change[k]:.3f} mm under load, "
