@@ -190,3 +190,18 @@ def test_a_reading_that_contradicts_the_others_is_not_used(name: str, said: str)
 def test_gauges_that_agree_give_no_finding() -> None:
     found = read(gauges(np.random.default_rng(SEED), an_arm()), an_arm()).diagnostics
     assert not [d for d in found if d.code in ("DAT041", "DAT009")]
+
+
+@pytest.mark.parametrize("name", ["clean", "a turn of the dial"])
+def test_a_pull_with_a_spring_balance_is_a_load_as_a_weight_is(name: str) -> None:
+    # The same readings, with the weight stated as a force at the flange.
+    header, *lines = csv_of(spoiled(name)).splitlines()
+    mass, columns = header.split(",").index("payload_kg"), header.replace("payload_kg,", "fx_N,fy_N,fz_N,")
+    pulled = [
+        [*row[:mass], "0", "0", f"{-9.81 * float(row[mass]):.3f}", *row[mass + 1 :]]
+        for row in (line.split(",") for line in lines)
+    ]
+    keep = [k for k, column in enumerate(columns.split(",")) if not column.startswith("payload")]
+    text = "\n".join(",".join(row[k] for k in keep) for row in (columns.split(","), *pulled))
+    data = read_measurements(Source("t.csv", text.encode()), load_robot(ROBOT))
+    assert len(data.wrong) == len([d for d in data.diagnostics if d.code == "DAT041"]) == (name != "clean")

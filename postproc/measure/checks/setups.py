@@ -108,7 +108,7 @@ def _changes(data: Measurements, robot: Robot) -> LoadChanges | None:
     """Return the changes of gauges under load; None where there are none, or the arm's stiffness is not known."""
     state, readings = data.state, data.readings
     gauges = [i for i in rows_of(state, kind_of(Gauge.column)) if data.usable[i]]
-    if readings is None or robot.joint_compliance is None or state.payload_mass is None or not gauges:
+    if readings is None or robot.joint_compliance is None or not gauges:
         return None
     first: dict[int, int] = {}
     pairs = []
@@ -119,10 +119,13 @@ def _changes(data: Measurements, robot: Robot) -> LoadChanges | None:
     if not pairs:
         return None
     before, row = np.array(pairs).T
-    centre = transform(np.zeros((len(data), 3)) if state.payload_center is None else state.payload_center)
-    torque = -GRAVITY * state.payload_mass[:, None] * jacobian(robot, state.q, centre)[:, 2]
-    tool = state.T_flange_tcp if state.T_flange_tcp.ndim == 2 else state.T_flange_tcp[row]
-    moved = np.einsum("mi,mij->mj", readings.direction[row], jacobian(robot, state.q[row], tool)[:, :3])
+    at_tcp, torque = jacobian(robot, state.q, state.T_flange_tcp), np.zeros_like(state.q)
+    if state.payload_mass is not None:
+        centre = transform(np.zeros((len(data), 3)) if state.payload_center is None else state.payload_center)
+        torque -= GRAVITY * state.payload_mass[:, None] * jacobian(robot, state.q, centre)[:, 2]
+    if state.wrench is not None:
+        torque += np.einsum("nij,ni->nj", at_tcp, state.wrench)
+    moved = np.einsum("mi,mij->mj", readings.direction[row], at_tcp[row, :3])
     change = readings.numbers[row, 0] - readings.numbers[before, 0]
     return LoadChanges(row, change, moved * (torque[row] - torque[before]) * robot.joint_compliance)
 
