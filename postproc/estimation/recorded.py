@@ -39,7 +39,9 @@ def recorded_model(fit: Fit) -> Model:
     table: dict[str, Any] = {
         "rows": int(len(data) - len(fit.excluded)),
         key("rms"): mm(fit.rms),
+        "set_aside": [_row_name(fit, *row) for row in fit.excluded_rows],
         **({} if fit.unseen_rms is None else {key("held_out_rms"): mm(fit.unseen_rms)}),
+        **({} if fit.unnamed else {"held_out_blocks": fit.held_out_blocks}),
         "version": __version__,
         **uncertainty_table(model, known),
         "undetermined": [parameter_name(fit.model, *name) for name in undetermined(fit)],
@@ -68,6 +70,12 @@ def recorded_model(fit: Fit) -> Model:
     table["local"] = [e.key for e in added.effects if surest.effect(e.key) is None]
     table["surest"] = {e.key: [float(f"{x:.12g}") for x in e.vector()] for e in surest.effects}
     return replace(added, fit=table, surest=surest)
+
+
+def _row_name(fit: Fit, file: int, row: int) -> str:
+    """Return a row as ``cell.csv:12``, or ``12`` where the table has no name."""
+    sources = fit.data.sources
+    return f"{sources[file].path.replace(chr(92), '/').rsplit('/', 1)[-1]}:{row}" if sources else str(row)
 
 
 def known_errors(fit: Fit) -> Uncertainty:

@@ -230,6 +230,11 @@ class Solution:
         """(n, k) errors [m], [rad] of contiguous blocks of rows, each predicted by a fit to the other blocks."""
         return self.held_out_by(contiguous_blocks(self.data.fold_group))
 
+    @property
+    def held_out_blocks(self) -> int:
+        """Number of the blocks of consecutive rows that are held out one after another."""
+        return int(contiguous_blocks(self.data.fold_group).max()) + 1
+
     def held_out_by(self, blocks: NDArray[np.int_]) -> Array:
         """Return (n, k) errors [m], [rad] of blocks of rows, each predicted by a fit to the other blocks.
 

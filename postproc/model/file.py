@@ -110,7 +110,9 @@ class _Fit(FileTable):
     Args:
         rows: measured rows of the fit.
         rms_mm, rms_mrad: error per axis on them.
+        set_aside: rows left out, far from everything else, as FILE:ROW.
         held_out_rms_mm, held_out_rms_mrad: error per axis on rows that the fit has not seen.
+        held_out_blocks: blocks of consecutive poses that were held out one after another for that.
         noise_mm, noise_mrad: standard deviation of a measurement per axis.
         noise_repeatability_mm: the arm's share of it.
         noise_from: where the noise comes from.
@@ -139,6 +141,8 @@ class _Fit(FileTable):
     held_out_rms_mrad: NotNegative = 0.0
     noise_mrad: NotNegative = 0.0
     held_out_rms_mm: NotNegative = 0.0
+    set_aside: list[str] = []
+    held_out_blocks: Annotated[int, Field(ge=0)] = 0
     noise_mm: NotNegative = 0.0
     noise_repeatability_mm: NotNegative = 0.0
     noise_from: str = ""

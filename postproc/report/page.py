@@ -44,7 +44,8 @@ def render_page(document: Document) -> str:
 
 def render_certificate(document: Document) -> str:
     """Render a certificate as a page to print and sign; its first section says what was examined."""
-    return str(render("certificate.html.j2", document=document, style=asset("page.css"), version=__version__))
+    style, own = asset("page.css"), asset("certificate.css")
+    return str(render("certificate.html.j2", document=document, style=style, own=own))
 
 
 def render_sheet(document: Document) -> str:

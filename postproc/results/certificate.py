@@ -8,11 +8,13 @@ from hashlib import sha256
 
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.judgement.accuracy import better_figure
+from postproc.diagnostics import Source
 from postproc.identification.compare import Comparison
 from postproc.numbers import on_arm_text
 from postproc.report.blocks import DataTable, Document, Figure, Section, Values, plain
 from postproc.results.comparison import comparison_document, iso_figures
 from postproc.results.conversion import main_figures
+from postproc.results.provenance import compared_rows, hashes, issued, rows_of_fit, versions
 
 COMPUTED = (
     "The deviations are computed with the model of the arm, along the whole path of the program as it was written and "
@@ -22,6 +24,9 @@ Row = tuple[object, ...]
 NOT_SAFE = "The program is not safe to compensate; no corrected program was written."
 RUN_TIME_ONLY = "Its targets are corrected on the controller, where alone they are known: nothing could be measured."
 BY_HAND = "Required figures are filled in by hand where the contract states them."
+MODEL_RESTS_ON = "What the model of the arm rests on"
+KIND = "What is measured, and what is computed"
+KIND_COLUMNS = ("what", "is", "from")
 
 
 class Verdict(Enum):
@@ -32,7 +37,9 @@ class Verdict(Enum):
     NOT_SHOWN = "That the tolerance is kept on the arm is not shown; in the model it is."
 
 
-def program_certificate(name: str, conversion: Conversion, made: Mapping[str, str] | None = None) -> Document:
+def program_certificate(
+    name: str, conversion: Conversion, made: Mapping[str, str] | None = None, files: Sequence[Source] = ()
+) -> Document:
     """Describe a corrected program as a certificate to sign: a row for each seam, whose tolerance is kept or not.
 
     The verdict is "kept" if the program was written, everything that welds was corrected, and each seam keeps its
@@ -41,9 +48,10 @@ def program_certificate(name: str, conversion: Conversion, made: Mapping[str, st
 
     Args:
         name: of the program. made: what it was converted with (model, loads, options) as label and text.
+        files: that were read beside the program: model, effects, cell, settings.
     """
     document, made = plain(conversion.report), made or {}
-    facts = [("program", name), *_digests(conversion)]
+    facts = [("program", name), *_digests(conversion), *hashes(files)]
     title = f"Acceptance of {name}"
     if conversion.plan is None:
         sentence = NOT_SAFE if conversion.module is None else RUN_TIME_ONLY
@@ -72,6 +80,9 @@ def program_certificate(name: str, conversion: Conversion, made: Mapping[str, st
     if seams:
         of_seam = ("seam", "lines", "length [mm]", "before [mm]", "after [mm]", "required [mm]", "left", "result")
         parts.insert(0, _part("Seams, while the arc burns", of_seam, seams))
+    table = {} if conversion.model is None else conversion.model.fit
+    parts.append(_part(KIND, KIND_COLUMNS, _kinds(document, rows_of_fit(table))))
+    parts += [_part(MODEL_RESTS_ON, ("what", "with"), rows) for rows in [rows_of_fit(table)] if rows]
     kept = all(keeping or [near]) and not document["unproved_statements"]
     facts += [("arm", document["robot"]), *made.items()]
     sentence = f"{sum(keeping)} of {len(seams)} seams keep {tolerance:g} mm."
@@ -101,11 +112,30 @@ def _on_the_arm(document: Values, kept: bool) -> tuple[Verdict, str]:
     return verdict, f"The fitted model itself is sure to {known['within_95_percent_mm']:.3f} mm (95 %)."
 
 
-def arm_certificate(name: str, comparison: Comparison) -> Document:
+def _kinds(document: Values, fitted: Sequence[Row]) -> list[Row]:
+    """Return a row for each kind of figure: what it is, whether it is measured or computed, and from what.
+
+    Args:
+        document: that of the conversion. fitted: rows on the measurements of the model, none for one without.
+    """
+    expected = "not known: the model was not fitted to measurements of this arm"
+    if document["expected_accuracy"] is not None:
+        expected = "how sure the fitted parameters are, and what the model left of the measured rows"
+    elif document["expected_on_arm_mm"] is not None:
+        expected = "how the stiffness of arms of this type scatters; errors of its geometry are not in it"
+    return [
+        ("before, and after in the model", "computed", "the model of the arm, along the whole path as it is written"),
+        ("expected on the arm", "computed", expected),
+        ("model of the arm", *(("fitted", "measured rows, stated below") if fitted else ("not measured", "its type"))),
+        ("path of this program on the arm", "not measured", ""),
+    ]
+
+
+def arm_certificate(name: str, comparison: Comparison, files: Sequence[Source] = ()) -> Document:
     """Describe an arm compared with measurements as a certificate: ISO 9283 figures, with room for what is required.
 
     Args:
-        name: of the model and the tables.
+        name: of the model and the tables. files: that were read beside the tables, the model first.
     """
     shown = comparison_document(name, comparison)
     document = plain(shown.values)
@@ -116,25 +146,40 @@ def arm_certificate(name: str, comparison: Comparison) -> Document:
         *(("mean distance from the model", mean), ("95 % of the poses are within", within["95"])),
         ("largest distance from the model", largest),
     ]
-    facts = [("model and measurements", name), ("arm", comparison.fit.model.robot.name), ("rows", str(len(data)))]
+    table, aside = comparison.fit.model.fit, len(comparison.fit.excluded_rows)
+    rows = f"{len(data)} compared, {aside} of them left out as far from everything else" if aside else str(len(data))
+    facts = [("model and measurements", name), *hashes((*files, *data.sources))]
+    facts += [
+        ("arm", comparison.fit.model.robot.name),
+        ("measured rows", rows),
+        ("these rows are", compared_rows(table, data.sources)),
+    ]
     facts.append((f"noise per {kind.each}", "not known" if noise is None else f"{noise:.3f} {kind.unit}"))
-    rows = [(what, "" if value is None else f"{value:.3f}", "", "") for what, value in figures]
+    found = [(what, "" if value is None else f"{value:.3f}", "", "") for what, value in figures]
     columns = ("figure", f"found [{kind.unit}]", f"required [{kind.unit}]", "accepted")
-    part = _part("Pose accuracy and repeatability after ISO 9283", columns, rows, BY_HAND)
-    return _certificate("Accuracy of an arm", None, shown.sentence, document, facts, part)
+    parts = [_part("Pose accuracy and repeatability after ISO 9283", columns, found, BY_HAND)]
+    kinds = [
+        ("poses, repeatability and noise", "measured", "the rows of the tables"),
+        ("distance from the model", "measured less computed", "the rows of the tables, and the model at their joints"),
+    ]
+    parts.append(_part(KIND, KIND_COLUMNS, kinds))
+    parts += [_part(MODEL_RESTS_ON, ("what", "with"), fitted) for fitted in [rows_of_fit(table)] if fitted]
+    return _certificate("Accuracy of an arm", None, shown.sentence, document, facts, *parts)
 
 
 def _certificate(
     title: str, verdict: Verdict | None, sentence: str, values: Values, facts: Sequence[Row], *parts: Section
 ) -> Document:
-    """Assemble a certificate; it is "good" where the verdict is that the tolerance is kept on the arm.
+    """Assemble a certificate; it is "good" where the tolerance is kept on the arm, "bad" where it is not in the model.
 
     Args:
         verdict: of what is computed; None where it is left to who signs. facts: what was examined, as (what, with).
         parts: its tables.
     """
-    figure = Figure("verdict", "" if verdict is None else verdict.value, "good" if verdict is Verdict.KEPT else "bad")
-    basis, sections = "" if verdict is None else COMPUTED, [_part("what was examined", ("what", "with"), facts), *parts]
+    kind = {Verdict.KEPT: "good", Verdict.NOT_KEPT: "bad"}.get(verdict, "") if verdict else ""
+    figure = Figure("verdict", "" if verdict is None else verdict.value, kind)
+    facts = [("date", issued()), *facts, ("made with", versions())]
+    basis, sections = "" if verdict is None else COMPUTED, [_part("What was examined", ("what", "with"), facts), *parts]
     return Document(title=title, values=values, sentence=sentence, figures=[figure], basis=basis, sections=sections)
 
 

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from postproc.estimation.fitted import Fit
+from postproc.estimation.recorded import recorded_model
 from postproc.identification.compare import compare
 from postproc.identification.diagnose import diagnose
 from postproc.model.arm import Model
@@ -95,6 +97,13 @@ def test_the_certificate_of_an_arm_has_its_accuracy_and_repeatability() -> None:
     iso = comparison_values(compared())["iso9283"]
     assert f">{iso['accuracy_mean_mm']:.3f}<" in page and f">{iso['repeatability_max_mm']:.3f}<" in page
     assert page.count("name, date, signature") == 3
+    fitted = replace(compared(), fit=recorded(added("backlash").fit))
+    assert "is what the model was fitted to: no independent check" in render_certificate(arm_certificate("c", fitted))
+
+
+def recorded(fit: Fit) -> Fit:
+    """The fit of a model that was written to a file and read again."""
+    return replace(fit, problem=replace(fit.problem, model=recorded_model(fit)))
 
 
 def test_a_diagnosis_names_what_is_missing_in_words_and_units() -> None:

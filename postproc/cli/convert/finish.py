@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from postproc.cli.output import present, write, write_together
 from postproc.diagnostics import PostprocError
+from postproc.files import read_source
 
 if TYPE_CHECKING:
     from postproc.compensation.conversion import Conversion
@@ -97,7 +98,8 @@ def show_result(
         from postproc.report.page import render_certificate
         from postproc.results.certificate import program_certificate
 
-        write(certificate, render_certificate(program_certificate(name, result, made_with(settings))))
+        files = [read_source(file) for file in settings.inputs if file is not None and Path(file).is_file()]
+        write(certificate, render_certificate(program_certificate(name, result, made_with(settings), files)))
 
 
 def unified_diff(before: bytes, after: bytes, name_before: str, name_after: str) -> bytes:

@@ -8,6 +8,7 @@ from postproc.cli.options import ArmFile, CertificateFile, Flag, ReportFile, Tab
 from postproc.cli.output import present, write
 from postproc.cli.printing import say_next, show
 from postproc.cli.progress import watching
+from postproc.files import read_source
 
 
 def run(
@@ -36,7 +37,8 @@ def run(
         comparison = compare(arm, measured, noise=table.sigma)
     show(comparison.moved)
     if certificate is not None:
-        write(certificate, render_certificate(arm_certificate(short_names(model, *data), comparison)))
+        files = [read_source(model), *map(read_source, arm_options.effects)]
+        write(certificate, render_certificate(arm_certificate(short_names(model, *data), comparison, files)))
     present(comparison_document(short_names(model, *data), comparison), report, json=json, text=text)
     if not json:
         say_next("says whether an effect is missing", "diagnose", model, *data, *table.words(), *arm_options.words())
