@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import isfinite
+from math import ceil, isfinite, log10
 
 LARGEST_NUMBER = 1e30
 """Products of larger ones could not be formed; nothing that arms or instruments are made of comes near."""
@@ -35,10 +35,33 @@ def percent_range(shares: Sequence[float]) -> str:
     return "{:.0f} to {:.0f} %".format(*(100 * share for share in shares))
 
 
-def on_arm_text(expected_mm: Sequence[float] | None) -> str:
-    """The largest deviation that is expected on the arm as text: ``0.12 to 0.85 mm``, or that it is not known.
+def decimals_of(scale: float) -> int:
+    """Return the decimals of figures that are judged by a tolerance or by a noise: the last digit is a tenth of it.
+
+    Two for 0.1 and for 0.2, three for 0.01; at least none and at most six.
+
+    Args:
+        scale: the tolerance or the noise, in the unit of the figures; not positive or not finite gives three.
+    """
+    if not (scale > 0 and isfinite(scale)):
+        return 3
+    return min(max(ceil(1 - log10(scale) - 1e-9), 0), 6)
+
+
+def fixed(value: float | None, decimals: int) -> str:
+    """Return a number with so many decimals and without a minus before zero; empty for None."""
+    return "" if value is None else f"{value:z.{decimals}f}"
+
+
+def range_text(interval: Sequence[float] | None, decimals: int) -> str:
+    """Return an interval as text, ``0.12 to 0.85``, or that it is not known."""
+    return "not known" if interval is None else " to ".join(fixed(end, decimals) for end in interval)
+
+
+def on_arm_text(expected_mm: Sequence[float] | None, decimals: int = 2) -> str:
+    """Return the largest deviation that is expected on the arm: ``0.12 to 0.85 mm``, or that it is not known.
 
     Args:
         expected_mm: lower and upper end of the interval.
     """
-    return "not known" if expected_mm is None else "{:.2f} to {:.2f} mm".format(*expected_mm)
+    return range_text(expected_mm, decimals) + " mm" * (expected_mm is not None)

@@ -23,7 +23,14 @@ if TYPE_CHECKING:
 
 FIGURES = (
     *("added_targets", "unproved_statements", "cycle_time_s", "weld_statements", "corrected_weld_statements"),
-    *("rigid_shift", "expected_remaining_fraction", "expected_remaining_fraction_after_gauge"),
+    *(
+        "figures",
+        "tolerance_mm",
+        "verdict",
+        "rigid_shift",
+        "expected_remaining_fraction",
+        "expected_remaining_fraction_after_gauge",
+    ),
 )
 
 

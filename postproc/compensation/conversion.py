@@ -10,7 +10,7 @@ from typing import Any
 from postproc.compensation.correction.deviation import Deviation
 from postproc.compensation.correction.rigid_shift import RigidShift
 from postproc.compensation.judgement.accuracy import Accuracy, Expected
-from postproc.compensation.judgement.figures import PathFigures
+from postproc.compensation.judgement.figures import PathFigures, PlaceFigures
 from postproc.compensation.judgement.seams import Seam
 from postproc.compensation.options import Options
 from postproc.compensation.path.motion import Motion
@@ -164,12 +164,22 @@ class JudgedProgram:
         it that the stiffness of the type leaves (`Scatter.of_estimate`), e the error of a fitted model; s and e are the
         lower ends of their intervals, or the upper ones. None where neither is known, or nothing could be measured.
         """
-        if self.lines == self.unmeasured or (self.scatter is None and self.accuracy is None):
+        return self.expected_mm(self.places[0]) if self.places else None
+
+    @property
+    def places(self) -> tuple[PlaceFigures, ...]:
+        """The figures by place, the one that counts most first; none where nothing could be measured."""
+        return () if self.lines == self.unmeasured else self.figures.places
+
+    def expected_mm(self, place: PlaceFigures) -> list[float] | None:
+        """The interval of `expected_on_arm_mm` for one place; there e is that of its own worst target."""
+        if self.scatter is None and self.accuracy is None:
             return None
-        before, after = self.figures.counting
         shares = (0.0, 0.0) if self.scatter is None else self.scatter.of_estimate
-        errors = (0.0, 0.0) if self.accuracy is None else self.accuracy.interval
-        return [mm(hypot(after, s * before, e), 3) for s, e in zip(shares, errors, strict=True)]
+        errors = (0.0, 0.0)
+        if self.accuracy is not None:
+            errors = self.accuracy.interval if place.place in ("weld", "path") else self.accuracy.interval_in_air
+        return [mm(hypot(place.after, s * place.before, e), 3) for s, e in zip(shares, errors, strict=True)]
 
     def remaining_values(self) -> dict[str, list[float] | None]:
         """The entries of documents on the share of the deflection that is expected to remain."""

@@ -20,6 +20,7 @@ from postproc.model.undetermined import PULLING_POSES, Undetermined
 from postproc.numbers import mm, on_arm_text
 from postproc.report.blocks import DataTable, Document, Figure, Scene, Section, Values, View, attributes
 from postproc.report.drawing.path import path_data
+from postproc.results.figures import figure_values, verdict
 from postproc.results.wording import in_words, readable, with_sigma
 from postproc.results.work_objects import from_programmed_path, rigid_shift_values, work_object_section
 
@@ -100,7 +101,7 @@ def conversion_values(conversion: Conversion) -> dict[str, Any]:
         "sigma_parts_mm": _lengths(("parameters", "unexplained"), accuracy.parts)
         | {"noise": model.fit.get("noise_mm")},
     }
-    return {
+    document = {
         "schema": CONVERSION_SCHEMA,
         "tool": __version__,
         "robot": model.robot.name,
@@ -108,6 +109,7 @@ def conversion_values(conversion: Conversion) -> dict[str, Any]:
         **{f"max_{key}_mm": _mm(getattr(figures, name)) for key, name in DEVIATIONS.items()},
         "tolerance_mm": _mm(judged.options.tolerance_m),
         "air_tolerance_mm": _mm(judged.air_tolerance_m),
+        "figures": figure_values(judged),
         "scope": judged.options.scope,
         "welds": [*map(_seam_values, judged.seams)],
         "expected_accuracy": sure,
@@ -128,6 +130,7 @@ def conversion_values(conversion: Conversion) -> dict[str, Any]:
         "rigid_shift": [*map(rigid_shift_values, judged.shifts)],
         "from_programmed_path": judged.drawn and _lengths(("before_mm", "after_mm"), judged.drawn.counting),
     }
+    return {**document, "verdict": verdict(document)}
 
 
 def _statement_values(outcome: StatementOutcome) -> Values:
@@ -143,13 +146,21 @@ def _statement_values(outcome: StatementOutcome) -> Values:
 def _seam_values(seam: Seam) -> Values:
     """Return an entry of ``welds`` of the document."""
     first, last = seam.outcomes[0].statement, seam.outcomes[-1].statement
+    states = {"before": seam.before_mm, "after": seam.after_mm}
     return {
         "name": seam.name,
         "path": first.source.path,
         "line_from": first.line,
         "line_to": last.line,
         "length_mm": round(seam.length_mm, 1),
-        **attributes(seam, "before_mm", "after_mm", "added_targets"),
+        "runs": seam.runs,
+        **{f"{when}_mm": of_seam and of_seam.arc for when, of_seam in states.items()},
+        **{
+            f"{part}_{when}_mm": of_seam and getattr(of_seam, part)
+            for when, of_seam in states.items()
+            for part in ("sideways", "stick_out", "along")
+        },
+        **attributes(seam, "kept", "added_targets"),
         "left": len(seam.uncorrected),
     }
 

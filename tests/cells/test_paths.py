@@ -317,4 +317,4 @@ def test_a_taught_work_object_moves_with_what_carries_it(case: Case) -> None:
     assert done.exit_code == 0
     assert report["max_arc_error_after_mm"] < 0.01 < report["max_arc_error_before_mm"]
     full = converted(case).report
-    assert report["from_programmed_path"]["before_mm"] == pytest.approx(full["max_arc_error_before_mm"], abs=1e-5)
+    assert report["from_programmed_path"]["before_mm"] == pytest.approx(full["figures"][0]["before_mm"], abs=1e-5)

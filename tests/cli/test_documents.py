@@ -25,6 +25,7 @@ RARE = {
     "at_bound[]",
     "effects.fitted[]",
     "expected_on_arm_mm",
+    "figures[].expected_on_arm_mm",
     "mass_factor[]",
     "stiffness_factor[]",
     "missing[].not_separable_from[]",

@@ -80,7 +80,7 @@ def test_with_the_shift_left_out_only_the_rest_is_corrected() -> None:
     drawn = report["from_programmed_path"]
     size = np.linalg.norm([shift["dx_mm"], shift["dy_mm"], shift["dz_mm"]])
     assert drawn["after_mm"] == pytest.approx(size, abs=0.1)
-    assert drawn["before_mm"] == pytest.approx(full.report["max_arc_error_before_mm"], abs=1e-5)
+    assert drawn["before_mm"] == pytest.approx(full.report["figures"][0]["before_mm"], abs=1e-5)
     assert "! taught with this arm: wT;" in written(force_alone)
     assert convert(BRACKET, wobj_taught=("all",)).output == convert(BRACKET, wobj_taught=("wT",)).output
 

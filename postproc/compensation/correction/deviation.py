@@ -26,19 +26,21 @@ class Deviation:
     Args:
         away: (n, 3) [m] from the nearest point of the programmed line or arc, or from the point at the same fraction
             of a joint move, in work axes.
+        parts: (n, 3) the same along the path, sideways and along the stick-out (`in_seam_axes`) [m].
         owner: (n,) index of that move; u: (n,) fraction along it.
         space: (n,) on a line or an arc with a known start, not on a joint move.
         steady: (n,) the load of inertia does not change there.
-        goal_distance: (m,) [m] between the real TCP and the programmed target.
+        goal_away: (m, 3) [m] from the programmed target to the real TCP, in work axes.
         goal_steady: (m,) as ``steady``, at the targets.
     """
 
     away: Array
+    parts: Array
     owner: Index
     u: Array
     space: Flags
     steady: Flags
-    goal_distance: Array
+    goal_away: Array
     goal_steady: Flags
 
     @cached_property
@@ -46,14 +48,28 @@ class Deviation:
         """(n,) length of ``away`` [m]."""
         return np.asarray(np.linalg.norm(self.away, axis=1))
 
+    @cached_property
+    def across(self) -> Array:
+        """(n,) deviation [m] that the arc sees, sideways and along the stick-out; on joint moves the whole distance."""
+        return np.where(self.space, np.linalg.norm(self.parts[:, 1:], axis=1), self.distance)
+
+    @cached_property
+    def goal_distance(self) -> Array:
+        """(m,) length of ``goal_away`` [m]."""
+        return np.asarray(np.linalg.norm(self.goal_away, axis=1))
+
     def largest(self, rows: Flags) -> float:
         """Largest distance [m] over samples chosen by a mask (n,), 0 where there are none."""
         return float(self.distance[rows].max()) if rows.any() else 0.0
 
-    def largest_of_moves(self, rows: Flags) -> Array:
-        """(m,) largest distance [m] along each programmed move over samples chosen by a mask (n,), 0 without any."""
-        worst = np.zeros(len(self.goal_distance))
-        np.maximum.at(worst, self.owner[rows], self.distance[rows])
+    def largest_of_moves(self, rows: Flags, sizes: Array | None = None) -> Array:
+        """(m,) largest size [m] along each programmed move over samples chosen by a mask (n,), 0 without any.
+
+        Args:
+            sizes: (n,) of each sample [m]; None for the distance.
+        """
+        worst = np.zeros(len(self.goal_away))
+        np.maximum.at(worst, self.owner[rows], (self.distance if sizes is None else sizes)[rows])
         return worst
 
 
@@ -78,17 +94,19 @@ def measure_deviation(model: Model, programmed: Samples, parts: Iterable[Driven]
         parts: the program to run, in consecutive parts.
     """
     m = len(programmed.moves)
-    goal_distance, goal_steady = np.zeros(m), np.zeros(m, dtype=bool)
+    goal_away, goal_steady = np.zeros((m, 3)), np.zeros(m, dtype=bool)
     again = np.array([move.resumes_from is not None for move in programmed.moves])
-    columns: list[tuple[Array, Index, Array, Flags, Flags]] = []
+    columns: list[tuple[Array, Array, Index, Array, Flags, Flags]] = []
     for part in parts:
         ran, of = part.motion.samples, part.owner[part.motion.samples.move]
         in_joints = programmed.curves.joint[of] | (programmed.start[of] == programmed.goal[of])
-        away, u, reached = np.empty((len(of), 3)), np.empty(len(of)), np.empty((len(ran.goal), 4, 4))
+        away, torch, reached = np.empty((len(of), 3)), np.empty((len(of), 3)), np.empty((len(ran.goal), 4, 4))
+        u = np.empty(len(of))
         for rows in part.motion.blocks():
             once, repeated = part.motion.distinct(rows)
             real = _reached(model, part.motion.at(once), ran.mounts_at(once), ran.T_work_tcp[once])[repeated]
             away[rows], u[rows] = away_from_curves(programmed.curves, of[rows], real[:, :3, 3])
+            torch[rows] = real[:, :3, 2]
             joints = rows.start + np.flatnonzero(in_joints[rows])
             # Moves that are not divided have as many samples as in the original.
             size = (programmed.goal - programmed.start)[of[joints]]
@@ -99,13 +117,15 @@ def measure_deviation(model: Model, programmed: Samples, parts: Iterable[Driven]
             reached[goals] = real[ran.goal[goals] - rows.start]
         away[again[of]] = 0.0  # counted where it was reached
         steady = part.motion.steady()
-        columns.append((away, of, u, ~in_joints, steady))
+        parts = in_seam_axes(away, path_tangents(programmed.curves, of, u), torch)
+        parts[in_joints] = 0.0
+        columns.append((away, parts, of, u, ~in_joints, steady))
         # In the order of the moves: the last part of a divided move reaches its goal.
         wanted = programmed.T_work_tcp[programmed.goal[part.owner]]
-        goal_distance[part.owner] = np.linalg.norm(reached[:, :3, 3] - wanted[:, :3, 3], axis=1)
+        goal_away[part.owner] = reached[:, :3, 3] - wanted[:, :3, 3]
         goal_steady[part.owner] = steady[ran.goal]
-    away, of, u, space, steady = (np.concatenate(column) for column in zip(*columns, strict=True))
-    return Deviation(away, of, u, space, steady, goal_distance, goal_steady)
+    away, parts, of, u, space, steady = (np.concatenate(column) for column in zip(*columns, strict=True))
+    return Deviation(away, parts, of, u, space, steady, goal_away, goal_steady)
 
 
 def _reached(model: Model, state: State, mounts: Mounts, T_work_tcp: Array) -> Array:
@@ -140,3 +160,42 @@ def away_from_curves(curves: Curves, move: Index, p: Array) -> tuple[Array, Arra
             curves.center[i] + np.cos(phi)[:, None] * curves.radial[i] + np.sin(phi)[:, None] * curves.tangent[i]
         )
     return p - nearest, u
+
+
+def path_tangents(curves: Curves, move: Index, u: Array) -> Array:
+    """(n, 3) unit tangents of lines and arcs, in work axes; zero where a move has no length in space.
+
+    Args:
+        move: (n,) indices of moves; u: (n,) fractions along them.
+    """
+    tangent = curves.chord[move]
+    rows = np.flatnonzero(curves.arc[move])
+    if len(rows):
+        i = move[rows]
+        phi = (curves.angle[i] * u[rows])[:, None]
+        tangent[rows] = np.cos(phi) * curves.tangent[i] - np.sin(phi) * curves.radial[i]
+    return _unit(tangent)
+
+
+def in_seam_axes(vectors: Array, tangent: Array, torch: Array) -> Array:
+    """(n, 3) vectors in the coordinates of a seam: along it, sideways, and along the stick-out.
+
+    Sideways is the direction of ``torch`` x ``tangent``; the stick-out is what is left of the torch's axis across the
+    path. Where the torch points along the path these two are any pair of directions across it.
+
+    Args:
+        vectors: (n, 3); tangent: (n, 3) of the path, unit; torch: (n, 3) z axis of the tool, unit; in the same axes.
+    """
+    sideways = _unit(np.cross(torch, tangent))
+    along_path = np.flatnonzero(~sideways.any(axis=1))
+    if len(along_path):
+        least = np.eye(3)[np.argmin(np.abs(tangent[along_path]), axis=1)]
+        sideways[along_path] = _unit(np.cross(least, tangent[along_path]))
+    axes = np.stack([tangent, sideways, np.cross(tangent, sideways)], axis=1)
+    return np.asarray(np.einsum("nij,nj->ni", axes, vectors))
+
+
+def _unit(vectors: Array) -> Array:
+    """(n, 3) vectors of length 1; zero where they are shorter than 1e-9."""
+    size = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.divide(vectors, size, out=np.zeros_like(vectors), where=size > 1e-9)

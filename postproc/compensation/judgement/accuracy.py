@@ -38,6 +38,7 @@ class Accuracy:
         within_95: distance that holds 95 % of the errors, at the worst target.
         parts: standard deviations per axis there by the parameters, and by what no effect explains.
         interval: 95 % of the errors are between these distances, at the worst target of those that weld, if any does.
+        interval_in_air: the same at the worst target of all.
         undetermined: the part of it by parameters that no row determines, None where the rows determine all.
     """
 
@@ -45,6 +46,7 @@ class Accuracy:
     within_95: float
     parts: tuple[float, float]
     interval: tuple[float, float]
+    interval_in_air: tuple[float, float]
     undetermined: Undetermined | None = None
 
 
@@ -130,12 +132,14 @@ def _expect_accuracy(
     undetermined = undetermined_under_load(model, at_goals, WITHIN_95)
     by_parameters, unexplained = parts[:, int(np.argmax(sigma))].tolist()
     sizes = float(np.sqrt(np.mean(sigma**2))), float(WITHIN_95 * sigma.max())
-    worst = int(np.argmax(np.where(welding | ~welding.any(), sigma, 0.0)))
+    worst = np.array([np.argmax(np.where(mask, sigma, 0.0)) for mask in (welding | ~welding.any(), True)])
     # Quantiles of the length of a normal error with the covariance of the position there.
-    covariance = position_covariance(model, at_goals.rows(np.array([worst])), known, instrument=False)[0]
-    square = np.maximum(np.linalg.eigvalsh(covariance) + parts[1, worst] ** 2, 0.0)
-    low, high = np.quantile(np.sqrt(normal_draws(3) ** 2 @ square), QUANTILES).tolist()
-    return Accuracy(*sizes, (by_parameters, unexplained), (low, high), undetermined), findings
+    covariance = position_covariance(model, at_goals.rows(worst), known, instrument=False)
+    square = np.maximum(np.linalg.eigvalsh(covariance) + parts[1, worst, None] ** 2, 0.0)
+    ends = np.quantile(np.sqrt(normal_draws(3) ** 2 @ square.T), QUANTILES, axis=0).T
+    (low, high), (low_in_air, high_in_air) = ends.tolist()
+    intervals = (low, high), (low_in_air, high_in_air)
+    return Accuracy(*sizes, (by_parameters, unexplained), *intervals, undetermined), findings
 
 
 def _local_effects(model: Model, at_goals: State, source: Source) -> Iterator[Diagnostic]:

@@ -1,8 +1,12 @@
-"""How far the torch is off before and after, without the samples at which the correction passes from state to state."""
+"""The figures of a conversion: how far the torch is off before and after, where it welds, in the air, at speed changes.
+
+Terminal, header, page, certificate, batch and documents show these figures and measure none of their own.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -17,11 +21,33 @@ from postproc.rapid.data.events import MotionStatement, StatementKey
 WORSE_RATIO = 2.0  # between targets that are corrected and others that cannot be, a line may end a little farther off
 
 
+Place = Literal["weld", "air", "path", "speed_changes", "correction_jumps"]
+"""Where a figure was measured: ``path`` is that of a program that welds nowhere."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlaceFigures:
+    """Largest deviations across lines and arcs in one place [m]: sideways and along the stick-out together.
+
+    Args:
+        tolerance: that is asked for there, None for none.
+        line: of the statement with the largest one after correction.
+    """
+
+    place: Place
+    before: float
+    after: float
+    tolerance: float | None = None
+    line: int | None = None
+
+
 @dataclass(frozen=True, slots=True)
 class PathFigures:
     """Largest deviations [m] along the motions of the files that may change.
 
     Args:
+        places: deviations that are shown, the place that counts most first; none where nothing could be measured.
+            All others are whole distances, also along the path, by which corrections are judged.
         before, after: along lines and arcs at steady speed.
         arc_before, arc: where the welding arc burns, before and after; None where it never does.
         transient: while the speed changes.
@@ -29,6 +55,7 @@ class PathFigures:
         joint_move: of joint moves.
     """
 
+    places: tuple[PlaceFigures, ...] = ()
     before: float = 0.0
     after: float = 0.0
     arc_before: float | None = None
@@ -39,8 +66,8 @@ class PathFigures:
 
     @property
     def counting(self) -> tuple[float, float]:
-        """The largest deviations before and after where the arc burns; where it never does, along lines and arcs."""
-        return (self.before, self.after) if self.arc_before is None or self.arc is None else (self.arc_before, self.arc)
+        """The deviations before and after in the place that counts most: welds, or else lines and arcs."""
+        return (self.places[0].before, self.places[0].after) if self.places else (0.0, 0.0)
 
 
 def figures_of(plan: CorrectionPlan, before: Deviation, after: Deviation) -> PathFigures:
@@ -52,6 +79,7 @@ def figures_of(plan: CorrectionPlan, before: Deviation, after: Deviation) -> Pat
     welding = np.array([move.welding for move in plan.motion.moves]) & changing
     burning, lit = welding[after.owner] & after.space, welding[before.owner]
     return PathFigures(
+        _places(plan, before, after, changing, welding),
         before.largest(_counted(before.space & changing[before.owner], before.steady)),
         after.largest(settled),
         before.largest(_counted(lit & before.space, before.steady)) if burning.any() else None,
@@ -60,6 +88,37 @@ def figures_of(plan: CorrectionPlan, before: Deviation, after: Deviation) -> Pat
         after.largest(passing & of_owner),
         after.largest(~after.space & of_owner),
     )
+
+
+def _places(
+    plan: CorrectionPlan, before: Deviation, after: Deviation, changing: Flags, welding: Flags
+) -> tuple[PlaceFigures, ...]:
+    """Deviations across the path where it welds, in the air, while the speed changes, and at jumps of the correction.
+
+    Args:
+        changing, welding: (m,) moves of files that may change, and those of them along which the arc burns.
+    """
+    both = before, after
+    space = [d.space & changing[d.owner] for d in both]
+    burning = [welding[d.owner] for d in both]
+    passing = [rows & in_transition(plan, d) for rows, d in zip(space, both, strict=True)]
+    space[1] = space[1] & ~passing[1]
+    welds = [_counted(rows & lit, d.steady) for rows, lit, d in zip(space, burning, both, strict=True)]
+    air = [_counted(rows & ~lit, d.steady) for rows, lit, d in zip(space, burning, both, strict=True)]
+    unsteady = [rows & ~d.steady for rows, d in zip(space, both, strict=True)]
+    masks: dict[Place, list[Flags]] = {"weld": welds, "air" if welds[1].any() else "path": air}
+    masks |= {"speed_changes": unsteady, "correction_jumps": passing}
+    places = []
+    for place, rows in masks.items():
+        chosen = np.flatnonzero(rows[1])
+        if not len(chosen):
+            continue
+        sizes = [float(np.max(d.across[mask], initial=0.0)) for mask, d in zip(rows, both, strict=True)]
+        asked = None if place in ("speed_changes", "correction_jumps") else plan.path_tolerance[after.owner[chosen]]
+        worst = int(after.owner[chosen[np.argmax(after.across[chosen])]])
+        line = plan.motion.moves[worst].event.statement.line
+        places.append(PlaceFigures(place, sizes[0], sizes[1], None if asked is None else float(asked.max()), line))
+    return tuple(places)
 
 
 def _counted(space: Flags, steady: Flags) -> Flags:

@@ -5,14 +5,35 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from postproc.compensation.correction.deviation import Deviation
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.compensation.correction.curve import BEFORE_TARGET
+from postproc.compensation.correction.deviation import Deviation, path_tangents
 from postproc.compensation.judgement.figures import finding, in_transition
 from postproc.compensation.plan import CorrectionPlan
 from postproc.compensation.seams import seams_of
 from postproc.compensation.text.values import StatementOutcome
 from postproc.diagnostics import Diagnostic
 from postproc.grouping import grouped
+from postproc.motion.path.curves import Curves
+from postproc.motion.values import Flags
 from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey
+
+
+@dataclass(frozen=True, slots=True)
+class SeamDeviation:
+    """Largest deviations in the coordinates of a seam [mm] (`in_seam_axes`).
+
+    Args:
+        along: at the targets, where the seam begins, ends, and its data change.
+        sideways, stick_out: at and between the targets. arc: of these two together.
+    """
+
+    along: float
+    sideways: float
+    stick_out: float
+    arc: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,16 +43,20 @@ class Seam:
     Args:
         name: of its routine.
         outcomes: of its statements, in the order of the text.
-        length_mm: of the way while the arc burns, in one run.
-        before_mm, after_mm: largest deviation there, None where nothing could be measured.
+        length_mm: of the way while the arc burns, in one run; runs: how often it runs.
+        before_mm, after_mm: largest deviation there, along the seam, sideways, along the stick-out, and of the latter
+            two together, which is what the arc sees; None where nothing could be measured.
+        kept: the whole deviation is within the tolerance after correction.
         added_targets: number of statements added in it.
     """
 
     name: str
     outcomes: tuple[StatementOutcome, ...]
     length_mm: float
-    before_mm: float | None
-    after_mm: float | None
+    runs: int
+    before_mm: SeamDeviation | None
+    after_mm: SeamDeviation | None
+    kept: bool
     added_targets: int
 
     @property
@@ -51,8 +76,11 @@ def find_seams(
     moves, samples = plan.motion.moves, plan.motion.samples
     rows = grouped((m.event.statement.key, i) for i, m in enumerate(moves) if m.welding and m.resumes_from is None)
     passing = in_transition(plan, after)
-    was = before.largest_of_moves(before.space & before.steady)
-    stays = after.largest_of_moves(after.space & after.steady & ~passing)
+    in_figures = before.space & before.steady, after.space & after.steady & ~passing
+    # Such targets are corrected for the state in which the next move starts, not for their own.
+    own = ~np.isin(np.arange(len(moves)), [t.move for t in plan.transitions if t.where == BEFORE_TARGET and t.of_load])
+    sizes = [_by_move(samples.curves, d, rows, own) for d, rows in zip((before, after), in_figures, strict=True)]
+    whole = after.largest_of_moves(in_figures[1])
     added = grouped((insertion.statement.key, insertion) for insertion in plan.insertions)
     seams = []
     by_key = {o.statement.key: o for o in outcomes}
@@ -61,11 +89,32 @@ def find_seams(
         burning = [i for key in keys for i in rows.get(key, ())]
         known = [i for i in burning if not moves[i].first]
         length = sum(float(samples.curves.length[rows[key][0]]) for key in keys if key in rows)
-        now, then = (round(1e3 * float(max(worst[i] for i in known)), 5) if known else None for worst in (was, stays))
+        was, stays = (_largest(of_moves[known]) if known else None for of_moves in sizes)
+        kept = bool(known) and bool((whole[known] <= plan.path_tolerance[known]).all())
+        runs = max((len(rows.get(key, ())) for key in keys), default=0)
         count = sum(len(added.get(key, ())) for key in keys[1:])
         group = tuple(by_key[key] for key in keys)
-        seams.append(Seam(statements[0].routine, group, 1e3 * length, now, then, count))
+        seams.append(Seam(statements[0].routine, group, 1e3 * length, runs, was, stays, kept, count))
     return seams
+
+
+def _by_move(curves: Curves, deviation: Deviation, rows: Flags, goals: Flags) -> Array:
+    """(m, 4) largest deviation of each move along the path, sideways, along the stick-out, and of these two [m].
+
+    Args:
+        rows: (n,) samples to look at. goals: (m,) moves whose targets count along the path.
+    """
+    moves = np.arange(len(deviation.goal_away))
+    tangent = path_tangents(curves, moves, np.ones(len(moves)))
+    along = np.abs(np.sum(deviation.goal_away * tangent, axis=1)) * (goals & deviation.goal_steady)
+    parts = np.abs(deviation.parts)
+    across = [deviation.largest_of_moves(rows, size) for size in (parts[:, 1], parts[:, 2], deviation.across)]
+    return np.column_stack([along, *across])
+
+
+def _largest(of_moves: Array) -> SeamDeviation:
+    """The largest deviations [mm] of moves (k, 4) [m]."""
+    return SeamDeviation(*(round(1e3 * float(size), 5) for size in of_moves.max(axis=0)))
 
 
 def uncorrected_seams(seams: Sequence[Seam], plan: CorrectionPlan) -> list[Diagnostic]:

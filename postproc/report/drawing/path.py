@@ -9,7 +9,7 @@ import numpy as np
 from postproc.arrays import Array, blocks, invert
 from postproc.channels.state import State
 from postproc.compensation.conversion import Conversion
-from postproc.compensation.correction.deviation import Deviation
+from postproc.compensation.correction.deviation import Deviation, path_tangents
 from postproc.compensation.plan import CorrectionPlan
 from postproc.model.arm import Model
 from postproc.model.deflection import Deflection
@@ -103,16 +103,8 @@ def _places(curves: Curves, before: Deviation, after: Deviation) -> Places:
 
 def _across(curves: Curves, deviation: Deviation) -> Array:
     """Return a deviation (n, 3) [m] without its component along the line or arc; on joint moves it is whole."""
-    of, u = deviation.owner, deviation.u
-    tangent = curves.chord[of]
-    arc = np.flatnonzero(curves.arc[of])
-    if len(arc):
-        phi = (curves.angle[of[arc]] * u[arc])[:, None]
-        tangent[arc] = np.cos(phi) * curves.tangent[of[arc]] - np.sin(phi) * curves.radial[of[arc]]
-    size = np.linalg.norm(tangent, axis=1, keepdims=True)
-    unit = np.divide(tangent, size, out=np.zeros_like(tangent), where=size > 1e-9)
-    unit[~deviation.space] = 0.0
-    return np.asarray(deviation.away - np.sum(deviation.away * unit, axis=1, keepdims=True) * unit)
+    tangent = path_tangents(curves, deviation.owner, deviation.u)
+    return np.asarray(deviation.away - deviation.parts[:, :1] * tangent)
 
 
 def _thinned(places: Places) -> Places:
@@ -180,7 +172,7 @@ def _largest(deviation: Deviation, statement: Index, count: int) -> Values:
         statement: index of the statement of each move, -1 for those of other files.
     """
     largest, rows = np.full(count + 1, np.nan), deviation.space
-    np.fmax.at(largest, statement[deviation.owner[rows]], 1e3 * deviation.distance[rows])
+    np.fmax.at(largest, statement[deviation.owner[rows]], 1e3 * deviation.across[rows])
     return packed(largest[:-1])
 
 
