@@ -79,7 +79,7 @@ def spare_scipy() -> None:
     absent = [name for name in SPARED_OF_NUMPY if name not in vars(numpy)]
     vars(numpy).update(dict.fromkeys(absent))
     try:
-        for module, name in (("_rotation", "Rotation"), ("_rigid_transform", "RigidTransform")):
+        for module, name in (("_rotation", "Rotation"), ("_rotation", "Slerp"), ("_rigid_transform", "RigidTransform")):
             value = getattr(import_module(f"scipy.spatial.transform.{module}"), name)
             vars(sys.modules["scipy.spatial.transform"]).setdefault(name, value)
     except ImportError:  # other versions of scipy have other modules: they are loaded in full when they are asked for

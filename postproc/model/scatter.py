@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from statistics import NormalDist
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from postproc.model.undetermined import full_covariance
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import jacobian
 
-DRAWS = 4096
+DRAWS, LATTICE = 4093, 1516  # points of a Korobov lattice, and its multiplier
 QUANTILES = (0.025, 0.975)
 NORMAL_95 = 1.959964  # standard deviations of a normal distribution that hold 95 %
 STIFFNESS_FACTOR = np.array([4, 3, 2.5, 2.5, 3.5, 2.5])
@@ -93,29 +94,42 @@ class Scatter:
 def scatter_of(model: Model, state: State, known: Array | None = None, weights: bool = True) -> Scatter:
     """Return 95 % intervals of what remains of the deflection after a correction with the stiffness of the type.
 
+    Args:
+        state: n states with all loads, where the correction is made.
+        known: (12, 12) covariance of the logarithms of f and g (`scatter_by`); None for `scatter_covariance`.
+        weights: False counts the deflection by stated loads alone, without that by the weights of the links.
+    """
+    return scatter_by(deflection_gram(model, state, weights), scatter_covariance(model) if known is None else known)
+
+
+def deflection_gram(model: Model, state: State, weights: bool = True) -> Array:
+    """Return the Gram matrix (42, 42) [m^2] of the deflection's shares (`deflection_shares`), summed over n states."""
+    parts = deflection_shares(model, state)
+    parts[:, :6] *= weights
+    flat = parts.reshape(42, -1)
+    return np.asarray(flat @ flat.T)
+
+
+def scatter_by(gram: Array, covariance: Array) -> Scatter:
+    """Return 95 % intervals of what remains of a deflection with uncertain springs and masses.
+
     The deflection of the TCP is d = sum_js x_js, the share of joint j under source s (bodies 1 to 6; all that is
     stated: payload, force, effects), x_js = J_j c_j tau_js. An arm has a_js = f_j g_s times as much of each: f_j its
     compliance over that of the model, g_s its mass over the estimate, both log-normal, 1 for what is stated. Over all
     states, with the Gram matrix G of the shares, what remains of that arm's deflection is rho = sqrt((a - 1)^T G (a -
-    1) / a^T G a), and of the estimated one sqrt((a - 1)^T G (a - 1) / 1^T G 1): soft arms bend more. Quantiles of 2.5 %
-    and 97.5 % are taken over a scrambled Sobol sequence (Owen 1998), the same every time. Above 1 the correction is
-    worse than none.
+    1) / a^T G a), and of the estimated one sqrt((a - 1)^T G (a - 1) / 1^T G 1): soft arms bend more. The intervals are
+    the quantiles of 2.5 % and 97.5 % of `normal_draws`. Above 1 the correction is worse than none.
 
     Args:
-        state: n states with all loads, where the correction is made.
-        known: (12, 12) covariance of the logarithms of f and g; None for `scatter_covariance`.
-        weights: False counts the deflection by stated loads alone, without that by the weights of the links.
+        gram: G of `deflection_gram`. covariance: (12, 12) of the logarithms of f and g.
     """
-    parts = deflection_shares(model, state)
-    parts[:, :6] *= weights
-    gram = (flat := parts.reshape(42, -1)) @ flat.T
     if not gram.any():
         return Scatter((0.0, 0.0), (0.0, 0.0))
-    size, turned = np.linalg.eigh(scatter_covariance(model) if known is None else known)
+    size, turned = np.linalg.eigh(covariance)
     drawn = np.exp(normal_draws(12) @ (turned * np.sqrt(np.maximum(size, 0.0))) @ turned.T)
     sources = np.column_stack([drawn[:, 6:], np.ones(DRAWS)])
     a = (drawn[:, :6, None] * sources[:, None, :]).reshape(DRAWS, -1)
-    remaining, full = (np.einsum("kp,pq,kq->k", x, gram, x, optimize=True) for x in (a - 1.0, a))
+    remaining, full = (np.sum(x @ gram * x, axis=1) for x in (a - 1.0, a))
     shares = np.sqrt(np.maximum(remaining, 0.0) / [full, np.full(DRAWS, gram.sum())])
     (low, high), (least, most) = np.quantile(shares, QUANTILES, axis=1).T.tolist()
     return Scatter((low, high), (least, most))
@@ -123,10 +137,15 @@ def scatter_of(model: Model, state: State, known: Array | None = None, weights: 
 
 @lru_cache(maxsize=2)
 def normal_draws(count: int) -> Array:
-    """Return `DRAWS` standard normal draws of so many numbers: a scrambled Sobol sequence, the same every time."""
-    from scipy.stats import norm, qmc
+    """Return `DRAWS` draws (DRAWS, count) of independent standard normal numbers, the same every time.
 
-    drawn = np.asarray(norm.ppf(qmc.Sobol(count, rng=np.random.default_rng(0)).random(DRAWS)))
+    The points are those of a Korobov lattice (L'Ecuyer and Lemieux 2000, table 1): column j is normal at
+    ((i a^j mod N) + 1/2) / N, i = 0 .. N - 1. Quantiles are as near as those of as many points of a Sobol sequence.
+    """
+    normal = NormalDist()
+    values = np.array([normal.inv_cdf((i + 0.5) / DRAWS) for i in range(DRAWS)])
+    powers = np.array([pow(LATTICE, j, DRAWS) for j in range(count)])
+    drawn = values[np.arange(DRAWS)[:, None] * powers % DRAWS]
     drawn.setflags(write=False)
     return drawn
 

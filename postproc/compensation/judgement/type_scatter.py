@@ -6,11 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from postproc.arrays import GRAVITY
+from postproc.arrays import GRAVITY, Array
 from postproc.channels.state import State
 from postproc.effects.roles import Role
 from postproc.model.arm import Model
-from postproc.model.scatter import NORMAL_95, Scatter, scatter_covariance, scatter_of, stiffness_factors
+from postproc.model.scatter import (
+    NORMAL_95,
+    Scatter,
+    deflection_gram,
+    scatter_by,
+    scatter_covariance,
+    stiffness_factors,
+)
 from postproc.robot.kinematics import jacobian
 
 GAUGE_READINGS, READING_SIGMA = 12, 1e-5
@@ -27,7 +34,9 @@ def type_scatter(model: Model, state: State) -> Scatter | None:
     """
     if not has_type_stiffness(model):
         return None
-    return replace(scatter_of(model, state), after_gauge=_remaining_after_gauge(model, state))
+    gram = deflection_gram(model, state)
+    scatter, covariance = scatter_by(gram, scatter_covariance(model)), _covariance_after_gauge(model, state)
+    return scatter if covariance is None else replace(scatter, after_gauge=scatter_by(gram, covariance).remaining)
 
 
 def has_type_stiffness(model: Model) -> bool:
@@ -44,12 +53,12 @@ def has_type_stiffness(model: Model) -> bool:
     return model.stiffness_source == "estimated" or (usual is not None and np.array_equal(spring.vector(), usual))
 
 
-def _remaining_after_gauge(model: Model, state: State) -> tuple[float, float] | None:
-    """Return what remains of the deflection (`Scatter.remaining`) with what readings of a dial gauge tell.
+def _covariance_after_gauge(model: Model, state: State) -> Array | None:
+    """Return the covariance (12, 12) of `scatter_by` with what readings of a dial gauge tell.
 
     At states spread over the program the TCP is loaded along a unit vector u, in turn along the two horizontal axes of
     the world, with `PULL_N`, and along gravity, with the rated payload. A gauge along u is read with that load F and
-    without it; the difference is h f, h_j = F (u J_j)^2 c_j, with the relative compliances f of `scatter_of` and an
+    without it; the difference is h f, h_j = F (u J_j)^2 c_j, with the relative compliances f of `scatter_by` and an
     error of sqrt(2) s, s the deviation of one reading. To first order about f = 1 the logarithms of f then have the
     covariance (diag(1 / p^2) + sum h h^T / 2 s^2)^-1, p their spread before. Masses stay as uncertain as they are. None
     where the rated payload is not known.
@@ -64,4 +73,4 @@ def _remaining_after_gauge(model: Model, state: State) -> tuple[float, float] | 
     shown = force[:, None] * along**2 * spring.vector()
     spread = np.maximum(np.log(stiffness_factors(robot)) / NORMAL_95, 1e-9)
     information = np.diag(spread**-2.0) + shown.T @ shown / (2 * READING_SIGMA**2)
-    return scatter_of(model, state, scatter_covariance(model, np.linalg.inv(information))).remaining
+    return scatter_covariance(model, np.linalg.inv(information))
