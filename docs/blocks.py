@@ -3,6 +3,8 @@
 A page is a session that a reader types. In a block marked ``sh`` lines that begin with ``postproc`` run in this
 process (a start of Python costs a second), all others in ``sh``; ``# exit code 1`` says what a command returns.
 ``<!-- file: NAME -->`` before a block writes it into the folder, ``<!-- not run: REASON -->`` leaves a block out.
+What stands between ``<!-- made: NAME -->`` and ``<!-- end -->``, a figure in a sentence or a table, is made by
+``docs/made.py``; ``<!-- output N -->`` before a block is what the page's command N prints.
 """
 
 from __future__ import annotations
@@ -15,7 +17,7 @@ import shlex
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,6 +26,8 @@ FENCE = re.compile(
     r"^(?:<!-- (?P<mark>file|not run): (?P<what>[^\n]+?) -->\n+)?```(?P<kind>\w+)\n(?P<text>.*?)^```$", re.M | re.S
 )
 OUTPUT = re.compile(r"(^<!-- output (\d+) -->\n```text\n)(.*?)(^```$)", re.M | re.S)
+MADE = re.compile(r"(<!-- made: (\S+) -->\n?)(.*?)(<!-- end -->)", re.S)
+NUMBER = re.compile(r"\d+(?:\.\d+)?")
 EXIT_CODE = re.compile(r"#.*exit code (\d+)")
 
 
@@ -92,9 +96,9 @@ def _run(block: Block, line: str, variables: dict[str, str]) -> Ran:
         code, output = _shell(text)
     elif ">" in words:
         at = words.index(">")
-        code, output = _postproc(words[1:at], Path(words[at + 1]))
+        code, output = run_postproc(words[1:at], Path(words[at + 1]))
     else:
-        code, output = _postproc(words[1:])
+        code, output = run_postproc(words[1:])
     return Ran(block, line, output, code, int(expected[1]) if expected else 0)
 
 
@@ -109,7 +113,8 @@ class _Screen(io.TextIOWrapper):
         return super().write(text) if threading.current_thread() is self.thread else len(text)
 
 
-def _postproc(arguments: list[str], stdout: Path | None = None) -> tuple[int, str]:
+def run_postproc(arguments: list[str], stdout: Path | None = None) -> tuple[int, str]:
+    """Exit code and text on both streams of a command; stdout goes into a file where one is given."""
     from postproc.cli.app import build
     from postproc.cli.run import run
 
@@ -140,7 +145,21 @@ def with_outputs(page: str, outputs: list[str]) -> str:
     return OUTPUT.sub(lambda found: f"{found[1]}{outputs[int(found[2]) - 1].rstrip()}\n{found[4]}", page)
 
 
-def is_up_to_date(page: str, outputs: list[str]) -> bool:
-    """Whether a page shows what its commands print now; last digits of numbers may be another machine's."""
-    shown, now = (re.sub(r"\d+(?:\.\d+)?", "#", text).split() for text in (page, with_outputs(page, outputs)))
-    return shown == now
+def made_names(page: str) -> list[str]:
+    """Names of what is made for a page."""
+    return [found[2] for found in MADE.finditer(page)]
+
+
+def with_made(page: str, texts: Mapping[str, str]) -> str:
+    """The text of a page with what is made for it, by name, between the marks."""
+    return MADE.sub(lambda found: f"{found[1]}{texts[found[2]]}{found[4]}", page)
+
+
+def is_same(shown: str, now: str) -> bool:
+    """Whether two texts have the same words, and numbers within 5 % or two of the last digit: machines differ."""
+    if NUMBER.sub("#", shown).split() != NUMBER.sub("#", now).split():
+        return False
+    return all(
+        abs(float(a) - float(b)) <= max(0.05 * abs(float(a)), 2.1 * 10.0 ** -len(a.partition(".")[2]))
+        for a, b in zip(NUMBER.findall(shown), NUMBER.findall(now), strict=True)
+    )

@@ -16,8 +16,12 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from blocks import is_same, made_names, run_page, with_made, with_outputs
+from welding import programs_page
+
 DOCS = Path(__file__).resolve().parent
 TUTORIALS = ("first-program", "hidden-effect")
+STALE = "`python docs/generate.py` writes what the commands print, and figures in sentences"
 
 
 def write_all(folder: Path) -> None:
@@ -31,6 +35,20 @@ def write_all(folder: Path) -> None:
         _write(folder / "pages" / "schema" / f"{kind}.json", json.dumps(schema, indent=2) + "\n")
     for name in TUTORIALS:
         _run_tutorial(name, folder)
+    for page, text in _pages_with_made():
+        assert is_same(page.read_text("utf-8"), text), f"{page.name}: {STALE}"
+
+
+def _pages_with_made() -> Iterator[tuple[Path, str]]:
+    """Pages that state figures, with these as they are made now."""
+    from made import MADE
+
+    pages = {page: page.read_text("utf-8") for page in (*sorted(DOCS.glob("*.md")), DOCS.parent / "README.md")}
+    names = {name for text in pages.values() for name in made_names(text)}
+    texts = {name: MADE[name]() for name in sorted(names)}
+    for page, text in pages.items():
+        if made_names(text):
+            yield page, with_made(text, texts)
 
 
 def _write(path: Path, text: str) -> None:
@@ -40,14 +58,12 @@ def _write(path: Path, text: str) -> None:
 
 def _run_tutorial(name: str, folder: Path) -> None:
     """Run a tutorial's commands as a reader would; keep the pages they write, and its pictures."""
-    from blocks import is_up_to_date, run_page
-
     outputs, text = [], (DOCS / f"{name}.md").read_text("utf-8")
     with tempfile.TemporaryDirectory() as work:
         for ran in run_page(DOCS / f"{name}.md", Path(work)):
             assert ran.code == ran.expected, f"{name}.md: `{ran.line}` returned {ran.code}: {ran.output}"
             outputs.append(ran.output)
-        assert is_up_to_date(text, outputs), f"`python docs/generate.py` writes what the commands print into {name}.md"
+        assert is_same(text, with_outputs(text, outputs)), f"{name}.md: {STALE}"
         for page in Path(work).glob("out/*.html"):
             shutil.copy(page, folder / "pages")
         draw = runpy.run_path(str(DOCS / "figures" / f"{name.replace('-', '_')}.py"))["draw"]
@@ -159,19 +175,24 @@ def _words(entry: Mapping[str, Any], named: Mapping[str, Any]) -> str:
     return {"string": "text", "boolean": "yes/no", "object": "table", "integer": "whole number"}.get(kind, kind)
 
 
-PAGES: Mapping[str, Callable[[], str]] = {"commands": commands_page, "files": files_page, "effects": effects_page}
+PAGES: Mapping[str, Callable[[], str]] = {
+    "commands": commands_page,
+    "files": files_page,
+    "effects": effects_page,
+    "welding": programs_page,
+}
 """Generated pages by name."""
 
 
 def write_outputs() -> None:
     """Write what the commands of the tutorials print into their pages: ``python docs/generate.py``."""
-    from blocks import run_page, with_outputs
-
     for name in TUTORIALS:
         page = DOCS / f"{name}.md"
         with tempfile.TemporaryDirectory() as work:
             outputs = [ran.output for ran in run_page(page, Path(work))]
         page.write_text(with_outputs(page.read_text("utf-8"), outputs), encoding="utf-8")
+    for page, text in _pages_with_made():
+        page.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -29,6 +29,9 @@ MOST_LINES, WIDTH = 5, 140
 IDS = {"ids": lambda page: page.relative_to(ROOT).as_posix()}
 
 
+sys.path.insert(0, str(DOCS))  # scripts of the documentation import each other
+
+
 def script(name: str) -> ModuleType:
     """A script of the documentation, which is no package."""
     if name not in sys.modules:
@@ -109,6 +112,12 @@ def takes_the_error_to_the_noise(page: Path, ran: Mapping[str, str]) -> None:
     assert page.name == "CONTRIBUTING.md" or f"falls from {fell[1]} to {fell[2]}" in page.read_text("utf-8")
 
 
+def test_figures_of_the_pages_are_made_by_runs() -> None:
+    """`make docs` compares them; here each name has a maker, and each maker a page."""
+    used = {name for page in PAGES for name in script("blocks").made_names(page.read_text("utf-8"))}
+    assert used == {*script("made").MADE}
+
+
 def test_what_commands_print_is_compared_where_the_pages_are_built() -> None:
     shown = {page.stem for page in PAGES if "<!-- output " in page.read_text("utf-8")}
     assert shown == {*script("generate").TUTORIALS}
@@ -135,9 +144,9 @@ def test_the_seam_of_the_readme_says_what_the_package_says_today() -> None:
 def test_every_page_stands_in_the_contents() -> None:
     """Sphinx says so, too; here it is told without it."""
     listed = set()
-    for tree in re.findall(r"^```\{toctree\}\n(.*?)^```", (DOCS / "index.md").read_text("utf-8"), re.M | re.S):
-        for entry in re.findall(r"^([\w/*-]+)$", tree, re.M):
-            listed |= {p.stem for p in DOCS.glob(f"{entry}.md")}
+    for page in DOCS.glob("*.md"):
+        for tree in re.findall(r"^```\{toctree\}\n(.*?)^```", page.read_text("utf-8"), re.M | re.S):
+            listed |= {*re.findall(r"^([\w-]+)$", tree, re.M)}
     assert {page.stem for page in DOCS.glob("*.md")} - listed == {"index"}
 
 

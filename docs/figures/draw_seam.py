@@ -1,4 +1,4 @@
-"""Draw seam.svg: the weld of samples/hull_seam.mod as programmed, uncompensated and compensated.
+"""Draw seam.svg: the weld of samples/hull_seam.mod, where the arm goes, and what a correction leaves.
 
 Run ``python docs/figures/draw_seam.py`` in the root of the repository.
 """
@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from postproc import document
 from postproc.arrays import Array
 from postproc.compensation.options import Options
 from postproc.diagnostics import Source
@@ -23,8 +24,10 @@ from postproc.runtime.passes import correct_program
 
 ROOT = Path(__file__).resolve().parents[2]
 FORCE = (200.0, -200.0, -200.0)  # [N]
-MAGNIFIED = 100.0
-WIDTH, LEFT, RIGHT = 960.0, 70.0, 40.0
+MAGNIFIED = 50.0
+WIDTH, HEIGHT, MARGIN = 720.0, 392.0, 16.0
+INK, GREY, RED, BLUE = "#2b2f33", "#9aa0a6", "#c5221f", "#174ea6"
+LIGHT = "#d5d9de"
 
 
 def weld(model: Model, program: bytes) -> tuple[Array, Array]:
@@ -45,96 +48,78 @@ def weld(model: Model, program: bytes) -> tuple[Array, Array]:
     return path.T_work_tcp[burning, :3, 3], predict(model, state)[:, :3, 3]
 
 
-def nearest(curve: Array, points: Array) -> tuple[Array, Array]:
-    """Offsets (n, 3) of points from a polyline and the fraction of its length (n,) at which each foot stands."""
-    step = np.diff(curve, axis=0)
-    along = np.einsum("nkj,kj->nk", points[:, None] - curve[None, :-1], step) / (step**2).sum(axis=1)
-    along = np.clip(along, 0.0, 1.0)
-    foot = curve[None, :-1] + along[..., None] * step
-    k = np.argmin(np.linalg.norm(points[:, None] - foot, axis=2), axis=1)
-    rows = np.arange(len(points))
-    length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(step, axis=1))])
-    s = length[k] + along[rows, k] * (length[k + 1] - length[k])
-    inside = (s > 0) & (s < length[-1])  # beyond the ends there is no path to be distant from
-    return (points - foot[rows, k])[inside], s[inside]
-
-
 def polyline(x: Array, y: Array, style: str) -> str:
     points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True))
-    return f'<polyline points="{points}" fill="none" {style}/>'
+    return f'<polyline points="{points}" fill="none" stroke-linejoin="round" {style}/>'
 
 
-def label(x: float, y: float, text: str, color: str = "#333", anchor: str = "start", size: int = 15) -> str:
+def label(x: float, y: float, text: str, color: str = INK, anchor: str = "start", size: int = 17) -> str:
     return f'<text x="{x:.0f}" y="{y:.0f}" font-size="{size}" fill="{color}" text-anchor="{anchor}">{text}</text>'
+
+
+def side_view(programmed: Array, before: Array, after: Array) -> list[str]:
+    """The seam from the side: displacements of the whole curve, magnified, so that no line has a step."""
+    step = np.linalg.norm(np.diff(programmed, axis=0), axis=1)
+    s = np.concatenate([[0.0], np.cumsum(step)])
+    chord = (programmed[-1] - programmed[0]) / np.linalg.norm(programmed[-1] - programmed[0])
+    scale = (WIDTH - 2 * MARGIN - 70) / s[-1]
+    base = 96.0 + (programmed[:, 2].max() - programmed[:, 2]) * scale
+
+    def drawn(curve: Array, style: str) -> str:
+        off = MAGNIFIED * (curve - programmed)
+        return polyline(MARGIN + 8 + (s + off @ chord) * scale, base - off[:, 2] * scale, style)
+
+    return [
+        drawn(programmed, f'stroke="{LIGHT}" stroke-width="13" stroke-linecap="round"'),
+        drawn(before, f'stroke="{RED}" stroke-width="3"'),
+        drawn(after, f'stroke="{BLUE}" stroke-width="3"'),
+        label(MARGIN, 28, f"A seam of 1.4 m seen from the side, {np.linalg.norm(FORCE):.0f} N on the torch", size=19),
+        label(MARGIN, 52, f"deviations drawn {MAGNIFIED:.0f} times larger", GREY, size=15),
+        label(WIDTH / 2, 146, "where the arm goes", RED, "middle"),
+        label(WIDTH / 2, 84, "where the program says, and where the model goes after the correction", BLUE, "middle"),
+    ]
+
+
+def bars(rows: list[tuple[str, float, float, str, str]], top: float) -> list[str]:
+    """Intervals [mm] on one axis: name, low, high, their text, colour."""
+    most, left = max(row[2] for row in rows), 278.0
+    scale = (WIDTH - MARGIN - left - 146) / most
+    parts = [label(MARGIN, top, "How far the torch is off, at most, while the arc burns", size=19)]
+    for i, (name, low, high, text, color) in enumerate(rows):
+        y = top + 38 + 42 * i
+        parts.append(f'<line x1="{left}" x2="{left + most * scale:.1f}" y1="{y}" y2="{y}" stroke="{LIGHT}"/>')
+        x, width = left + low * scale, max((high - low) * scale, 5.0)
+        parts.append(f'<rect x="{x:.1f}" y="{y - 8}" width="{width:.1f}" height="16" rx="3" fill="{color}"/>')
+        parts.append(label(MARGIN, y + 6, name))
+        parts.append(label(left + most * scale + 14, y + 6, text, color if color != GREY else INK))
+    return parts
 
 
 def draw() -> str:
     source = Source("samples/hull_seam.mod", (ROOT / "samples" / "hull_seam.mod").read_bytes())
     model = default_model()
-    result = correct_program(source, model, Options(force=FORCE, inertia=False))
+    result = correct_program(source, model, Options(force=FORCE))
     assert result.output is not None
     programmed, before = weld(model, source.data)
     _, after = weld(model, result.output)
-    off_before, s_before = nearest(programmed, before)
-    off_after, s_after = nearest(programmed, after)
-    length = float(np.linalg.norm(np.diff(programmed, axis=0), axis=1).sum())
-    scale = (WIDTH - LEFT - RIGHT) / length
-
-    # Seen from the side of the shell: along the seam to the right, up is up.
-    s_programmed = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(programmed, axis=0), axis=1))])
-    z = programmed[:, 2]
-    top = 70.0 + (z.max() - z.min()) * scale
-
-    def side(s: Array, offset: Array) -> tuple[Array, Array]:
-        base = np.interp(s, s_programmed, z)
-        return LEFT + s * scale, top - (base - z.min() + offset[:, 2] * MAGNIFIED) * scale
-
-    grey, red, blue = "#9aa0a6", "#c5221f", "#174ea6"
-    zero = np.zeros((len(programmed), 3))
-    worst_before, worst_after = (1e3 * np.linalg.norm(o, axis=1).max() for o in (off_before, off_after))
-    parts = [
-        label(
-            LEFT,
-            30,
-            "A hull seam of 1.4 m under [200, -200, -200] N, seen from the side; deviations drawn 100 times",
-            size=17,
-        ),
-        polyline(
-            *side(s_programmed, zero), f'stroke="{grey}" stroke-width="9" stroke-opacity="0.55" stroke-linecap="round"'
-        ),
-        polyline(*side(s_before, off_before), f'stroke="{red}" stroke-width="2.5"'),
-        polyline(*side(s_after, off_after), f'stroke="{blue}" stroke-width="2.5"'),
+    said = document(result)
+    was, left = said["max_arc_error_before_mm"], said["max_arc_error_after_mm"]
+    low, high = said["expected_on_arm_mm"]
+    share = said["expected_remaining_fraction_after_gauge"]
+    gauge = [float(np.hypot(left, part * was)) for part in share]
+    rows = [
+        ("not corrected, in the model", was, was, f"{was:.1f} mm", RED),
+        ("corrected, arm not measured", low, high, f"{low:.1f} to {high:.1f} mm", GREY),
+        ("after 12 gauge readings", *gauge, f"{gauge[0]:.2f} to {gauge[1]:.2f} mm", BLUE),
+        ("corrected, in the model", left, left, f"{left:.2f} mm", BLUE),
     ]
-
-    # Below: the distance from the programmed path along the seam.
-    floor, tall = 380.0, 130.0
-    most = np.ceil(worst_before * 2) / 2
-    for value in np.arange(0.0, most + 0.01, 0.5):
-        y = floor - value / most * tall
-        parts.append(f'<line x1="{LEFT}" x2="{WIDTH - RIGHT}" y1="{y:.1f}" y2="{y:.1f}" stroke="#ddd"/>')
-        parts.append(label(LEFT - 8, y + 5, f"{value:.1f}", anchor="end", size=13))
-    for x_m in np.arange(0.0, length, 0.2):
-        parts.append(label(LEFT + x_m * scale, floor + 20, f"{x_m * 1e3:.0f}", anchor="middle", size=13))
-    parts.append(
-        label(
-            LEFT, floor - tall - 14, "distance from the programmed path [mm] over the way along the seam [mm]", size=13
-        )
+    after = np.stack(
+        [np.interp(np.linspace(0, 1, len(programmed)), np.linspace(0, 1, len(after)), c) for c in after.T], axis=1
     )
-    for s, offset, color in ((s_before, off_before, red), (s_after, off_after, blue)):
-        y = floor - 1e3 * np.linalg.norm(offset, axis=1) / most * tall
-        parts.append(polyline(LEFT + s * scale, y, f'stroke="{color}" stroke-width="2.5"'))
-
-    y = 432.0
-    for x, color, text in (
-        (LEFT, grey, "programmed"),
-        (LEFT + 170, red, f"uncompensated: up to {worst_before:.2f} mm"),
-        (LEFT + 470, blue, f"compensated: up to {worst_after:.4f} mm"),
-    ):
-        parts.append(f'<rect x="{x}" y="{y - 9}" width="22" height="6" rx="3" fill="{color}"/>')
-        parts.append(label(x + 30, y, text))
+    parts = [*side_view(programmed, before, after), *bars(rows, 202.0)]
+    head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH:.0f} {HEIGHT:.0f}" font-family="sans-serif">'
     body = "\n".join(parts)
-    head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH:.0f} 455" font-family="sans-serif">'
-    return f'{head}\n<rect width="{WIDTH:.0f}" height="455" fill="white"/>\n{body}\n</svg>\n'
+    return f'{head}\n<rect width="{WIDTH:.0f}" height="{HEIGHT:.0f}" fill="white"/>\n{body}\n</svg>\n'
 
 
 if __name__ == "__main__":
