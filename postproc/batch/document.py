@@ -5,17 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from urllib.parse import quote
 
-import numpy as np
-
 from postproc import __version__
 from postproc.batch.values import MEASURED, ON_ARM, Batch, Shard, TaskOutcome
 from postproc.compensation.judgement.accuracy import better_figure
 from postproc.diagnostics import Finding, Matter
 from postproc.grouping import grouped
 from postproc.numbers import on_arm_text
-from postproc.report.blocks import Chart, DataTable, Document, Figure, Section, Values, attributes
-from postproc.report.drawing.charts import histogram
-from postproc.results.conversion import CORRECTED, made_section
+from postproc.report.blocks import DataTable, Document, Figure, Scene, Section, Values, View, attributes
+from postproc.results.conversion import CORRECTED, made_section, unknown_accuracy
+from postproc.results.figures import main_figure
 
 MOST_SHOWN = 40
 """Programs that a terminal prints where not all are asked for."""
@@ -43,8 +41,8 @@ def batch_document(
         made: what programs were converted with (model, loads, options) as label and text, where a jobs file states no
             others. pages: link to the page of each task by name.
     """
-    # Failed tasks first, then by falling deviation that is expected.
-    tasks = sorted(batch.outcomes, key=lambda task: (task.status != "failed", -_remains(task)))
+    # Failed tasks first, then by falling deviation that is expected, over the tolerance.
+    tasks = sorted(batch.outcomes, key=lambda task: (task.status != "failed", -_remains(task) / _tolerance(task)))
     count = batch.counts
     findings = [(task.task.name, finding) for task in tasks for finding in task.findings]
     errors = [_finding_row(name, finding) for name, finding in findings if finding.severity == "error"]
@@ -55,8 +53,6 @@ def batch_document(
     measured = [task for task in tasks if AFTER in task.figures]
     worst = max(measured, key=_remains, default=None)
     before, after = ([float(task.figures[key]) for task in measured] for key in MEASURED)
-    lengths = {"before": ("was", np.array(before)), "after": ("is", np.array(after))}
-    chart = Chart(lambda: [histogram(lengths, "mm", "Each program, before and after")], 520)
     lent = [(name, finding.message) for name, finding in findings if finding.matter is Matter.READ_ALONG]
     along = DataTable("read along", ("program", "what"), lent, range(min(MOST_SHOWN, len(lent))))
     return Document(
@@ -75,15 +71,42 @@ def batch_document(
             Figure("done before", count["cached"] or None),
             Figure("files copied", batch.copied or None),
         ],
+        basis=_caveat(measured),
         sections=[
             Section("Errors", [error_table]),
             _every_program(tasks, pages or {}),
-            *([Section("Before and after", [chart])] if len(measured) > 1 else []),
             Section("Read along", [along]),
             _warnings([(name, finding) for name, finding in findings if finding.severity == "warning"]),
             made_section(made or {}),
         ],
+        scene=Scene("programs", lambda: {"drawn": [_drawn(task.figures) for task in tasks]}),
     )
+
+
+def _caveat(measured: Sequence[TaskOutcome]) -> str:
+    """Say that no arm was measured for some of the programs, as their own pages do; empty where all models are fitted.
+
+    Args:
+        measured: tasks of which a line or an arc could be measured.
+    """
+    unfitted = [task.figures for task in measured if not _fitted(task.figures)]
+    if not unfitted:
+        return ""
+    text = unknown_accuracy(of_type=any(ON_ARM in figures for figures in unfitted))
+    which = "" if len(unfitted) == len(measured) else f"In {len(unfitted)} of the programs "
+    return f"{which or text[0].upper()}{text if which else text[1:]}."
+
+
+def _fitted(figures: Values) -> bool:
+    """Tell whether what is expected on the arm comes from a fit to its measurements."""
+    return ON_ARM in figures and figures.get("expected_remaining_fraction") is None
+
+
+def _drawn(figures: Values) -> Values | None:
+    """Return the lengths [mm] that the page draws of a program; None where no line or arc of it could be measured."""
+    main = main_figure(figures)
+    keys = {"before": "before_mm", "after": "after_mm", "tolerance": "tolerance_mm", "on_arm": "expected_on_arm_mm"}
+    return None if main is None else {**{k: main[key] for k, key in keys.items()}, "fitted": _fitted(figures)}
 
 
 def _values(batch: Batch, shard: Shard) -> Values:
@@ -139,21 +162,28 @@ def _remains(task: TaskOutcome) -> float:
     return float(max(task.figures.get(ON_ARM, ()), default=task.figures.get(AFTER, 0.0)))
 
 
+def _tolerance(task: TaskOutcome) -> float:
+    """Return the tolerance [mm] of a task, 1 where none is known."""
+    return float((main_figure(task.figures) or {}).get("tolerance_mm") or 1.0)
+
+
 def _every_program(tasks: Sequence[TaskOutcome], pages: Mapping[str, str]) -> Section:
     """Return the section with a row for each task.
 
     Args:
         pages: path of the page of each task by name.
     """
-    note = "Failures first, then the largest deviations that are expected on the arm."
+    note = "Failures first, then the largest deviations that are expected on the arm, over the tolerance."
     note += " A click on a program opens its page." if pages else ""
     if any(task.figures.get("unproved_statements") for task in tasks):
         note += f" Unproved: {UNPROVED}."
     paths = [pages.get(task.task.name, "").encode("utf-8", "surrogateescape") for task in tasks]
     # In an address `a b#1.html` must be a file and not a place in one.
     links = (0, [quote(path, safe="/") if path else None for path in paths]) if pages else None
-    table = DataTable("programs", COLUMNS, [_row(task) for task in tasks], range(min(MOST_SHOWN, len(tasks))), links)
-    return Section("Every program", [table], note)
+    brief = range(min(MOST_SHOWN, len(tasks)))
+    table = DataTable("programs", COLUMNS, [_row(task) for task in tasks], brief, links, view="table")
+    drawn = [View("legend")] if any(_drawn(task.figures) for task in tasks) else []
+    return Section("Every program", [*drawn, table], note)
 
 
 def _row(outcome: TaskOutcome) -> tuple[object, ...]:

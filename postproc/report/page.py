@@ -17,7 +17,10 @@ from postproc.report.blocks import Bars, Block, Chart, Columns, DataTable, Docum
 from postproc.report.drawing.charts import bars
 
 SCRIPTS = {"": ("base", "table"), "steps": ("space", "arm", "steps"), "path": ("space", "arm", "course", "path")}
+SCRIPTS |= {"programs": ("programs",)}
 """Of every page, and of each scene."""
+STYLES = {"programs": "programs"}
+"""Style sheets by the script that needs them."""
 
 
 def render_page(document: Document) -> str:
@@ -34,7 +37,7 @@ def render_page(document: Document) -> str:
         sections=[
             (section, prose(section.title), prose(section.note), Markup(html)) for section, html in drawn if html
         ],
-        style=asset("page.css"),
+        style=Markup("\n").join(asset(f"{name}.css") for name in ["page", *([STYLES[of]] if of in STYLES else [])]),
         document=embedded(plain(document.values)),
         data={} if scene is None else {of: embedded(plain(scene.data()))},
         script=Markup("\n").join(asset(f"{name}.js") for each in dict.fromkeys(("", of)) for name in SCRIPTS[each]),
@@ -69,7 +72,9 @@ def _html(block: Block, scene: str) -> str:
             return ""
         case DataTable(view=""):
             return table(block)
-        case DataTable(view=name) | View(name):
+        case DataTable(view=name):
+            return render(f"{scene}.html.j2", view=name, table=table_values(block))
+        case View(name):
             return render(f"{scene}.html.j2", view=name)
         case Bars():
             return bars(block)
@@ -108,6 +113,11 @@ def prose(text: str) -> Markup:
 
 def table(block: DataTable) -> str:
     """Render a table as HTML that scripts make searchable and sortable; columns of numbers are right-aligned."""
+    return f'<div data-table><script type="application/json">{table_values(block)}</script></div>'
+
+
+def table_values(block: DataTable) -> Markup:
+    """Encode a table for the scripts of a page: columns with values, rows of cells, and the column that has links."""
     every = [[row[k] for row in block.rows] for k in range(len(block.columns))]
     numbers = [any(map(is_number, cells)) and all(c is None or is_number(c) for c in cells) for cells in every]
     shown, (column, links) = block.shown, block.links or (None, ())
@@ -117,7 +127,7 @@ def table(block: DataTable) -> str:
         "rows": [[*(_cell(row[k]) for k in shown), *links[i : i + 1]] for i, row in enumerate(block.rows)],
         "link": None if column is None else shown.index(column),
     }
-    return f'<div data-table><script type="application/json">{embedded(spec)}</script></div>'
+    return embedded(spec)
 
 
 def _cell(cell: object) -> object:

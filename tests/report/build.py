@@ -87,11 +87,18 @@ def program_page(conversion: Conversion, name: str = "x.mod", **report: Any) -> 
     return render_page(conversion_document(name, replace(conversion, report={**conversion.report, **report})))
 
 
+def main_place(before: float, after: float, on_arm: tuple[float, float] | None = None) -> dict[str, Any]:
+    """Entries of the document of a conversion on the place that counts most."""
+    place = {"place": "weld", "before_mm": before, "after_mm": after, "tolerance_mm": 0.1, "line": 3}
+    return {"figures": [{**place, "expected_on_arm_mm": on_arm}], "tolerance_mm": 0.1}
+
+
 def batch_page(names: Iterable[str]) -> str:
     """The page of a batch of programs with a few figures."""
     outcomes = []
     for i, name in enumerate(names):
-        errors = {"max_error_before_mm": 0.1 + i % 977, "max_error_after_mm": 0.001 * (i % 499 + 1)}
+        errors: dict[str, Any] = {"max_error_before_mm": 0.1 + i % 977, "max_error_after_mm": 0.001 * (i % 499 + 1)}
+        errors |= main_place(errors["max_error_before_mm"], errors["max_error_after_mm"])
         outcomes.append(TaskOutcome(Task(name, ()), "compensated", False, {**errors, "added_targets": 0}, ()))
     return render_page(batch_document("cell", Batch(tuple(outcomes), 0, ())))
 
@@ -118,7 +125,9 @@ def carried(page: str, name: str = "document") -> Any:
 
 def tables(page: str) -> dict[str, Any]:
     """Tables that stand in a page, by label."""
-    specs = re.findall(r'<div data-table><script type="application/json">(.*?)</script>', page, re.DOTALL)
+    specs = re.findall(
+        r'<div data-(?:table|programs="table")><script type="application/json">(.*?)</script>', page, re.DOTALL
+    )
     return {spec["label"]: spec for spec in map(json.loads, specs)}
 
 

@@ -14,7 +14,7 @@ from postproc.effects.library.joints.backlash import Backlash
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
 from postproc.report.blocks import Bar, Bars, Chart, DataTable, Document, Figure, Scene, Section
-from postproc.report.drawing.charts import DrawnCurve, histogram, scatter, shares
+from postproc.report.drawing.charts import DrawnCurve, scatter, shares
 from postproc.report.drawing.columns import exact, packed
 from postproc.report.drawing.laws import Law, law_charts, laws_of
 from postproc.report.page import render_page
@@ -69,14 +69,6 @@ def test_shares_rise_to_all_of_the_poses() -> None:
     assert half[0] == pytest.approx((curve[0, 0] + curve[-1, 0]) / 2, rel=0.1)
 
 
-def test_a_histogram_counts_every_program() -> None:
-    values = {"before": ("was", np.array([1.0, 1.1, 0.2])), "after": ("is", np.array([0.01, np.nan, 0.0]))}
-    counts = re.findall(r"<title>(before|after): (\d+) from", histogram(values, "mm", "t"))
-    totals = {name: sum(int(n) for each, n in counts if each == name) for name in values}
-    assert totals == {"before": 3, "after": 1}
-    assert histogram({"before": ("was", np.array([np.nan]))}, "mm", "t") == ""
-
-
 def test_columns_are_read_as_they_were_written() -> None:
     x = np.array([[1.0, -2.0, np.nan], [0.25, 3.0, 7.0]])
     assert numbers(exact(x)) == pytest.approx(x, nan_ok=True)
@@ -114,7 +106,7 @@ def test_a_table_has_the_columns_with_values_and_links_of_one_of_them() -> None:
     assert spec["link"] == 1 and "<x>" not in page
 
 
-@pytest.mark.parametrize("name", ["path", "steps"])
+@pytest.mark.parametrize("name", ["path", "steps", "programs"])
 def test_pages_load_nothing_and_are_small(name: str) -> None:
     page = render_page(document(Chart(lambda: ["<p>b</p>"]), scene=Scene(name, dict)))
     assert not re.search(r"""(src|href)\s*=\s*["']|https?:(?!//www\.w3\.org/)|@import|url\(""", page)

@@ -29,6 +29,7 @@ from tests.report.build import (
     chain,
     figures,
     folders_page,
+    main_place,
     numbers,
     program_page,
     seam,
@@ -224,7 +225,8 @@ OTHERS = [Finding("MOT012", "info", "x"), Finding("CMP005", "warning", "left")]
 
 
 def test_the_page_of_a_batch_puts_failures_and_the_farthest_first() -> None:
-    near, far = ({**FIGURES, "max_error_after_mm": after} for after in (0.01, 0.2))
+    near, far = ({**FIGURES, "max_error_after_mm": after, **main_place(2.0, after)} for after in (0.01, 0.2))
+    measured = {**near, **main_place(2.0, 0.01, (0.02, 0.08)), "expected_on_arm_mm": [0.02, 0.08]}
     doubt = {**near, "unproved_statements": 71}
     outcomes = (
         TaskOutcome(Task("a.mod", ()), "compensated", True, doubt, (*OTHERS, *FAR)),
@@ -254,7 +256,16 @@ def test_the_page_of_a_batch_puts_failures_and_the_farthest_first() -> None:
         ("a.mod", 71, "out/report/a%20%231.html"),
     ]
     assert programs["rows"][2][1] == "compensated, as before" and "also run where they cannot be followed" in page
-    assert 'class="was"' in page and 'class="is"' in page
+    drawn = carried(page, "programs")["drawn"]  # in the order of the table
+    assert [d and (d["before"], d["after"], d["tolerance"], d["fitted"]) for d in drawn] == [
+        None,
+        (2.0, 0.2, 0.1, False),
+        (2.0, 0.01, 0.1, False),
+    ]
+    assert "not fitted to measurements of this arm" in page
+    page = render_page(batch_document("cell", Batch((replace(outcomes[0], figures=measured),), 0, ())))
+    assert carried(page, "programs")["drawn"][0].items() >= {"on_arm": [0.02, 0.08], "fitted": True}.items()
+    assert "not fitted to measurements of this arm" not in page
 
 
 def test_the_page_of_two_folders_puts_files_that_differ_first() -> None:

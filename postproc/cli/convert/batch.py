@@ -10,7 +10,7 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from postproc.batch.values import ON_ARM, Shard
+from postproc.batch.values import Shard
 from postproc.cli.convert.batch_lines import arm_lines, reporting
 from postproc.cli.options import AS_WRITTEN, Flag, Format, ReportFile, RequiredOutput
 from postproc.cli.output import check_outputs, present
@@ -52,7 +52,6 @@ def run(
     from postproc.batch.jobs import get_ready
     from postproc.batch.jobsfile import read_plan
     from postproc.batch.run import run_batch
-    from postproc.results.conversion import unknown_accuracy
     from postproc.settings import made_with
     from postproc.settings_files import find_settings
 
@@ -79,8 +78,6 @@ def run(
     document = batch_document(folder_or_jobs.name, batch, part, made=made_with(settings), pages=pages)
     present(document, report, json=json, form=format, text=True, on_stderr=True, root=ready.plan.root)
     say(shown.time_line())
-    if settings.model is None and folder_or_jobs.is_dir() and batch.counts["compensated"]:
-        say(unknown_accuracy(of_type=any(ON_ARM in outcome.figures for outcome in batch.outcomes)))
     return int(batch.failed)
 
 

@@ -134,34 +134,6 @@ def bars(block: Bars) -> str:
     return f'<div class="bars">{"".join(rows)}</div>'
 
 
-def histogram(values: Mapping[str, tuple[str, Array]], unit: str, title: str) -> str:
-    """Return an SVG histogram of positive values over a logarithmic axis, with bars of each name beside each other.
-
-    Args:
-        values: by name, class in the style sheet and (n,) values [unit]; zero, negative and NaN are left out.
-    """
-    known = {name: (kind, v[np.isfinite(v) & (v > 0)]) for name, (kind, v) in values.items()}
-    every = np.concatenate([np.zeros(0), *(v for _, v in known.values())])
-    if not len(every):
-        return ""
-    low, high = np.floor(2 * np.log10(every.min())) / 2, np.ceil(2 * np.log10(every.max()) + 1e-9) / 2
-    edges = np.linspace(low, max(high, low + 0.5), 25)
-    counts = {name: np.histogram(np.log10(v), edges)[0] for name, (_, v) in known.items()}
-    most = max(int(c.max()) for c in counts.values())
-    frame = ChartAxes((float(edges[0]), float(edges[-1])), (0.0, 1.15 * most), SIZE, title)
-    parts, step = [], float(np.diff(edges[:2])[0]) / len(known)
-    for k, (name, (kind, _)) in enumerate(known.items()):
-        for edge, count in zip(edges, counts[name], strict=False):
-            x0, x1 = frame.x(float(edge) + k * step), frame.x(float(edge) + (k + 1) * step)
-            y = frame.y(float(count))
-            hint = f"<title>{name}: {count} from {10**edge:.3g} {unit}</title>"
-            place = f'x="{x0:.1f}" width="{max(x1 - x0 - 0.5, 1):.1f}" y="{y:.1f}" height="{frame.y(0.0) - y:.1f}"'
-            parts.append(f'<rect {place} class="{kind}">{hint}</rect>' if count else "")
-        parts.append(f'<rect x="{frame.left + 8 + 110 * k}" y="34" width="12" height="12" class="{kind}"/>')
-        parts.append(f'<text x="{frame.left + 25 + 110 * k}" y="45">{escape(name)}</text>')
-    return frame.draw(parts, f"largest deviation [{unit}]", "programs", powers=True)
-
-
 def _means(frame: ChartAxes, bins: Bins) -> list[str]:
     """Return the means of bins joined by a line, each with its standard error, as SVG."""
     low, high = frame.range_y
@@ -216,11 +188,11 @@ class ChartAxes:
         """Return the vertical place [pixels], from the top, of a value of y."""
         return float(self.places(np.array(0.0), np.array(value))[1])
 
-    def draw(self, parts: Sequence[str], x_label: str, y_label: str, powers: bool = False) -> str:
+    def draw(self, parts: Sequence[str], x_label: str, y_label: str) -> str:
         """Return the chart as SVG: ``parts`` inside the axes, ticks and labels around them.
 
         Args:
-            parts: SVG elements in pixels. powers: ticks of x show 10^x, for a logarithmic axis.
+            parts: SVG elements in pixels.
         """
         bottom, middle = self.top + self.height, self.left + self.width / 2
         frame = f'<rect x="{self.left}" y="{self.top}" width="{self.width}" height="{self.height}"'
@@ -228,8 +200,7 @@ class ChartAxes:
         for value in ticks(*self.range_y):
             axes.append(f'<text x="{self.left - 5}" y="{self.y(value) + 4:.1f}" text-anchor="end">{value:.6g}</text>')
         for value in ticks(*self.range_x):
-            text = f"{10**value:.1g}" if powers else f"{value:.6g}"
-            axes.append(f'<text x="{self.x(value):.1f}" y="{bottom + 15}" text-anchor="middle">{text}</text>')
+            axes.append(f'<text x="{self.x(value):.1f}" y="{bottom + 15}" text-anchor="middle">{value:.6g}</text>')
         axes.append(f'<text x="{middle:.0f}" y="{bottom + 33}" text-anchor="middle">{escape(x_label)}</text>')
         y_at = self.top + self.height / 2
         turn = f'transform="rotate(-90 12 {y_at:.0f})"'
