@@ -24,7 +24,7 @@ from postproc.tasks.discover import STATE
 from postproc.tasks.nearby import arm_nearby, read_nearby
 from postproc.tasks.task import CONTROLLER, Task
 
-LIBRARIES = ("numpy", "scipy", "toppra", "ruckig", "pin", "py-opw-kinematics", "jinja2")
+LIBRARIES = ("numpy", "scipy", "toppra", "ruckig", "py-opw-kinematics", "jinja2")
 
 
 @dataclass(frozen=True)

@@ -63,7 +63,7 @@ def convert(job: Job) -> tuple[TaskRecord, Mapping[str, bytes]]:
     from postproc.runtime.passes import correct_program
 
     try:
-        model = _model(job.model, threading.get_ident())
+        model = _model(job.model)
         done = correct_program(job.sources, model, job.options, findings=job.findings)
         files = dict(done.outputs)
         if done.module is not None:
@@ -93,12 +93,8 @@ def convert(job: Job) -> tuple[TaskRecord, Mapping[str, bytes]]:
 
 
 @lru_cache(maxsize=16)
-def _model(data: bytes, thread: int) -> Model:
-    """Unpickle a model, once for each thread, since pinocchio's work space belongs to one thread.
-
-    Args:
-        data: the pickled model. thread: identity of the calling thread.
-    """
+def _model(data: bytes) -> Model:
+    """Unpickle a model, once for all tasks that it corrects."""
     import pickle
 
     return pickle.loads(data)

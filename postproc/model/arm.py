@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any
 
@@ -80,11 +80,6 @@ class Model:
         """Where the arm was measured, as `fit` and `add` noted it; None where they did not."""
         return Field.of_table(self.fit["measured"]) if "measured" in self.fit else None
 
-    @cached_property
-    def _built(self) -> dict[tuple[tuple[int, ...], bool], Multibody]:
-        """The `Multibody` models that `multibody` has built so far, by its arguments (bodies, carried)."""
-        return {}
-
     def with_arm(self, state: State) -> State:
         """Return the states with this arm's robot, station and gravity; gravity that the states give by row is kept."""
         gravity = state.gravity if state.gravity.ndim == 2 else self.gravity
@@ -97,10 +92,7 @@ class Model:
             bodies: numbers 0 to 6 of the bodies that get a spring.
             carried: the base moves or leans: its motion and gravity are then arguments of `Multibody.rnea`.
         """
-        key = bodies, carried
-        if key not in self._built:
-            self._built[key] = Multibody(self.robot, None if carried else self.gravity, bodies)
-        return self._built[key]
+        return Multibody(self.robot, None if carried else self.gravity, bodies)
 
     @property
     def elastic(self) -> Multibody:
@@ -125,9 +117,7 @@ class Model:
 
     def with_effects(self, *effects: Effect) -> Model:
         """Return this arm with these effects in place of its own, wherever it stands."""
-        other = replace(self, effects=tuple(effects), surest=None)
-        other.__dict__["_built"] = self._built  # they know the robot and gravity alone
-        return other
+        return replace(self, effects=tuple(effects), surest=None)
 
     def state(self, q: Array, **channels: Any) -> State:
         """Return states at commanded joint angles q (n, 6) [rad]; without ``T_flange_tcp`` with the model's tool.
@@ -139,10 +129,8 @@ class Model:
         return State(np.asarray(q, dtype=float).reshape(-1, 6), **channels)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what is pickled: all fields without the cached rigid-body models and gravity."""
-        # Pinocchio's models are rebuilt where they are needed: cheaper than sending them to another process.
-        cached = ("_built", "gravity")
-        return {key: value for key, value in self.__dict__.items() if key not in cached}
+        """Return what is pickled: the fields alone, so that equal models have equal pickles."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}
 
 
 def with_axes(station: Station, state: State, positions: Array) -> State:

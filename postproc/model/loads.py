@@ -11,7 +11,6 @@ from postproc.effects.geometry import force_at, point_acceleration
 from postproc.model.arm import Model
 from postproc.model.chain import Chain, Directions, deflected_chain, directions, generalised_forces
 from postproc.model.deflection import Deflection, tcp
-from postproc.model.multibody import Multibody
 
 
 def loaded_state(model: Model, state: State, deflection: Deflection, bodies: tuple[int, ...]) -> State:
@@ -40,7 +39,7 @@ def with_loads(
     state = state.with_(T_base_body=chain.T_base_body)
     base = _carried(state)
     arm = model.multibody(springs, base is not None)
-    load = -arm.rnea(coordinates(chain, arm), state.v, state.a, base)
+    load = -arm.rnea(chain, along, state.v, state.a, base)
     forces, torques = applied(model, state, chain, deflection)
     if forces is not None:
         load = load + generalised_forces(along, forces)
@@ -58,17 +57,6 @@ def _carried(state: State) -> tuple[Array, Array, Array] | None:
     still = np.zeros((len(state), 3))
     spin, rate = (still if x is None else x for x in (state.base_spin, state.base_spin_rate))
     return np.broadcast_to(state.gravity, still.shape), spin, rate
-
-
-def coordinates(chain: Chain, arm: Multibody) -> Array:
-    """Return the coordinates (n, m) of the deflected arm in the order of ``arm``: joints [rad], springs [m, rad]."""
-    if not arm.bodies:
-        return chain.q
-    result = np.zeros((len(chain.q), arm.size))
-    result[:, arm.joint] = chain.q
-    for b, xi in chain.body.items():
-        result[:, arm.columns[b]] = xi
-    return result
 
 
 def applied(model: Model, state: State, chain: Chain, deflection: Deflection) -> tuple[Array | None, Array]:

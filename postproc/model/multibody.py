@@ -1,14 +1,17 @@
-"""The pinocchio model of the arm, with virtual springs as extra joints (virtual joint method; seed paper, Sec. 3.1)."""
+"""Weight and inertia of the links on the coordinates of the arm: joints and virtual springs (seed paper, Sec. 3.1).
+
+The recursions of Featherstone, Rigid Body Dynamics Algorithms (2008), Ch. 5 and 6, for all poses at once.
+"""
 
 from __future__ import annotations
-
-from typing import Any
 
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.model.chain import Chain, Directions, generalised_forces
 from postproc.model.derivatives.places import BODY
 from postproc.robot.arm import Robot
+from postproc.robot.kinematics import body_motions, cross, skew
 
 
 class Multibody:
@@ -18,97 +21,124 @@ class Multibody:
     coordinates with one number each, so that loads are their exact conjugates and the stiffness matrix is symmetric.
 
     Args:
-        gravity: (3,) base axes [m/s^2]; None for a base that moves: it slides and turns by six more joints, whose
-            speeds and accelerations `rnea` is given, and whose coordinates stay zero.
+        gravity: (3,) base axes [m/s^2]; None for a base that moves, whose gravity and motion `rnea` is given.
         bodies: bodies with a virtual spring.
 
     Attributes:
         joint: (6,) column of each arm joint; spring: (bodies, 6) columns of each virtual spring; both in chain order.
-        columns: the latter by the number of the body; place: (size,) column of each as of `places.placed`.
+        columns: the latter by the number of the body; place: (size,) column of each as of `places.displacement_parts`.
+        size: number of coordinates, six joints and six for each body with a virtual spring.
     """
 
     def __init__(self, robot: Robot, gravity: Array | None, bodies: tuple[int, ...]) -> None:
-        """Build the pinocchio model of the arm with these virtual springs."""
-        import pinocchio
-
-        self.pin: Any = pinocchio
-        pin = self.pin
-        model = pin.Model()
-        model.gravity = pin.Motion(np.zeros(3) if gravity is None else np.asarray(gravity, dtype=float), np.zeros(3))
-        kinds = [getattr(pin, f"JointModel{kind}{axis}") for kind in "PR" for axis in "XYZ"]
-        parent, joint, spring = 0, [], []
-        for k, kind in enumerate(kinds if gravity is None else ()):
-            parent = model.addJoint(parent, kind(), pin.SE3.Identity(), f"base {k}")
-        self.base = parent  # joints of the base, no coordinates of the arm
-        for b in range(7):
-            distal = pin.SE3(np.eye(3), robot.link[b, :3, 3])
-            turn = pin.SE3(robot.link[b, :3, :3], np.zeros(3))
-            if b in bodies:
-                columns = []
-                for k, kind in enumerate(kinds):
-                    parent = model.addJoint(parent, kind(), distal if k == 0 else pin.SE3.Identity(), f"spring {b} {k}")
-                    columns.append(parent - 1 - self.base)
-                spring.append(columns)
-                distal = pin.SE3.Identity()
-            if b < 6:
-                axis = pin.JointModelRevoluteUnaligned(np.asarray(robot.axis[b], dtype=float))
-                parent = model.addJoint(parent, axis, distal * turn, f"joint {b + 1}")
-                joint.append(parent - 1 - self.base)
-                inertia = pin.Inertia(float(robot.mass[b + 1]), robot.center[b + 1], robot.inertia[b + 1])
-                model.appendBodyToJoint(parent, inertia, pin.SE3.Identity())
-        self.model, self.data = model, model.createData()
-        self.pool = pin.ModelPool(model, 1)
-        self.bodies = bodies
-        self.joint = np.array(joint)
-        self.spring = np.array(spring, dtype=int).reshape(len(bodies), 6)
-        self.columns = dict(zip(bodies, self.spring, strict=True))
+        self.robot, self.bodies = robot, bodies
+        self.gravity = np.zeros(3) if gravity is None else np.asarray(gravity, dtype=float)
+        self.size = 6 + 6 * len(bodies)
+        # The spring of body b comes before joint b + 1.
+        before = np.cumsum([6 * (b in bodies) for b in range(7)])
+        self.joint = np.arange(6) + before[:6]
+        self.columns = {b: b + before[b] - 6 + np.arange(6) for b in bodies}
+        self.spring = np.array([*self.columns.values()], dtype=int).reshape(len(bodies), 6)
         self.place = np.empty(self.size, dtype=int)
         self.place[self.joint] = np.arange(6)
         for b, block in self.columns.items():
             self.place[block] = BODY + 6 * b + np.arange(6)
 
-    @property
-    def size(self) -> int:
-        """Number of coordinates: six joints and six for each body with a virtual spring."""
-        return int(self.model.nv) - self.base
+    def coordinates(self, chain: Chain) -> Array:
+        """Return the coordinates (n, size) of the deflected arm: joints [rad], displacements of springs [m, rad]."""
+        if not self.bodies:
+            return chain.q
+        result = np.zeros((len(chain.q), self.size))
+        result[:, self.joint] = chain.q
+        for b, xi in chain.body.items():
+            result[:, self.columns[b]] = xi
+        return result
 
     def rnea(
-        self, coordinates: Array, v: Array | None = None, a: Array | None = None, base: tuple[Array, ...] | None = None
+        self,
+        chain: Chain,
+        along: Directions,
+        v: Array | None = None,
+        a: Array | None = None,
+        base: tuple[Array, ...] | None = None,
     ) -> Array:
         """Return the generalised forces M a + C v + g, (n, size), of a motion (recursive Newton-Euler).
 
         Args:
-            coordinates: (n, size) joint angles [rad] and displacements of the springs [m, rad], which are at rest.
+            chain: the deflected arm, whose springs are at rest; along: directions of its coordinates.
             v, a: (n, 6) speeds and accelerations of the arm joints [rad/s], [rad/s^2]; None for rest.
             base: only of an arm whose base moves, (n, 3) each: gravity less the acceleration of its origin, angular
                 velocity, and angular acceleration.
         """
-        n = len(coordinates)
-        q = np.zeros((self.base + self.size, n), order="F")
-        q[self.base :] = coordinates.T
-        rates = [np.zeros_like(q, order="F") for _ in range(2)]
-        for rate, motion in zip(rates, (v, a), strict=True):
-            if motion is not None:
-                rate[self.base + self.joint] = motion.T
-        if base is not None:
-            pull, (x, y, z), turn = base[0].T, base[1].T, base[2].T
-            rates[0][3:6] = x, y, z
-            # Turns one after the other, about x, y and z, bring an acceleration of their own.
-            rates[1][:6] = [*-pull, *(turn - [y * z, -x * z, x * y])]
-        # For one state pinocchio answers with a vector.
-        return np.asarray(self.pin.rneaInParallel(1, self.pool, q, *rates)).reshape(len(q), n)[self.base :].T
+        robot, n = self.robot, len(chain.q)
+        # Components and bodies 1 to 6 run along the first axes, poses along the last.
+        T = chain.T_base_body[:, 1:].transpose(2, 3, 1, 0)
+        R, center = T[:3, :3], robot.center[1:].T[..., None]
+        lever = R[:, 0] * center[0] + R[:, 1] * center[1] + R[:, 2] * center[2]
+        pull = self.gravity[:, None, None] if base is None else base[0].T[:, None]
+        acceleration, torque = np.broadcast_to(-pull, lever.shape), np.zeros(lever.shape)
+        if v is not None or a is not None or base is not None:
+            still = np.zeros((n, 6))
+            rates = still if v is None else v, still if a is None else a
+            turning = (None, None) if base is None else (base[1], base[2])
+            moving = body_motions(robot, chain.T_base_body, *rates, turning)[1:]
+            origin, spin, rate = (np.stack([part.T for part in parts], axis=1) for parts in zip(*moving, strict=True))
+            acceleration = acceleration + origin + cross(rate, lever) + cross(spin, cross(spin, lever))
+            # Euler's equation in the axes of each body.
+            spin, rate = (R[0] * x[0] + R[1] * x[1] + R[2] * x[2] for x in (spin, rate))
+            momentum, change = (np.einsum("bij,jbn->ibn", robot.inertia[1:], x) for x in (spin, rate))
+            turn = change + cross(spin, momentum)
+            torque = R[:, 0] * turn[0] + R[:, 1] * turn[1] + R[:, 2] * turn[2]
+        force = robot.mass[1:, None] * acceleration
+        wrenches = np.zeros((n, 8, 6))
+        wrenches[:, 1:7, :3] = force.transpose(2, 1, 0)
+        wrenches[:, 1:7, 3:] = (cross(T[:3, 3] + lever, force) + torque).transpose(2, 1, 0)
+        return generalised_forces(along, wrenches)
 
-    def weight_stiffness(self, coordinates: Array) -> Array:
-        """Return the derivative (n, m, m) of the links' weight by coordinates: gravity's part of K_E (Eq. 21)."""
-        none = self.pin.StdVec_Force()
-        none.extend([self.pin.Force.Zero()] * self.model.njoints)
-        # One call a pose: 10 microseconds with the 48 coordinates, there is no batched form.
-        return np.array([-self.pin.computeStaticTorqueDerivatives(self.model, self.data, q, none) for q in coordinates])
+    def weight_stiffness(self, chain: Chain, along: Directions) -> Array:
+        """Return the derivative (n, m, m) of the links' weight by coordinates: gravity's part of K_E (Eq. 21).
 
-    def inertia(self, coordinates: Array) -> Array:
-        """Return the inertia (n, m, m) of the links at coordinates (n, m), by the composite rigid body algorithm."""
-        result = np.empty((len(coordinates), self.size, self.size))
-        for i, q in enumerate(coordinates):
-            M = np.triu(self.pin.crba(self.model, self.data, q))
-            result[i] = M + np.triu(M, 1).T
-        return result
+        K_ik = sum_b m_b g . (spin_i x J_k(c_b)) over the bodies b that the later coordinate k carries, i before k.
+
+        Args:
+            chain: the deflected arm; along: directions of its coordinates.
+        """
+        mass = _carried(np.broadcast_to(self.robot.mass, (len(chain.q), 7)), along)
+        moment = _carried(self.robot.mass[:, None] * self._centers(chain), along)
+        # The sum of m_b J_k(c_b).
+        swept = mass[..., None] * (along.slide - np.cross(along.spin, along.origin)) + np.cross(along.spin, moment)
+        return _mirrored(np.cross(self.gravity, along.spin) @ np.swapaxes(swept, 1, 2))
+
+    def inertia(self, chain: Chain, along: Directions) -> Array:
+        """Return the inertia (n, m, m) of the links, by the composite rigid body algorithm.
+
+        Args:
+            chain: the deflected arm; along: directions of its coordinates.
+        """
+        R = chain.T_base_body[..., :3, :3]
+        offset, mass = skew(self._centers(chain)), self.robot.mass[:, None, None]
+        spatial = np.zeros((len(R), 7, 6, 6))
+        spatial[..., :3, :3] = mass * np.eye(3)
+        spatial[..., :3, 3:] = -mass * offset
+        spatial[..., 3:, :3] = mass * offset
+        spatial[..., 3:, 3:] = R @ self.robot.inertia @ np.swapaxes(R, 2, 3) - mass * offset @ offset
+        momentum = _carried(spatial, along) @ along.line[..., None]
+        return _mirrored(along.line @ np.swapaxes(momentum[..., 0], 1, 2))
+
+    def _centers(self, chain: Chain) -> Array:
+        """Return the centres of mass (n, 7, 3) of the bodies in base axes [m]."""
+        T = chain.T_base_body
+        return np.asarray((T[..., :3, :3] @ self.robot.center[:, :, None])[..., 0] + T[..., :3, 3])
+
+
+def _carried(values: Array, along: Directions) -> Array:
+    """Return the sums (n, m, ..) of values (n, 7, ..) of bodies 0 to 6 over those that each coordinate carries."""
+    sums = np.zeros((len(values), 8, *values.shape[2:]))
+    sums[:, :7] = np.cumsum(values[:, ::-1], axis=1)[:, ::-1]
+    return sums[:, list(along.carried)]
+
+
+def _mirrored(matrix: Array) -> Array:
+    """Return symmetric matrices (n, m, m) with the upper triangles of these."""
+    upper = np.triu(matrix)
+    return upper + np.swapaxes(np.triu(matrix, 1), 1, 2)

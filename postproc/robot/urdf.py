@@ -29,10 +29,15 @@ def read_urdf(path: Path) -> Robot:
     """Read the six-axis arm of a URDF file; its flange is the frame ``tool0``, else ``flange``, else the last one.
 
     Raises:
-        PostprocError: KIN007, not a URDF or not a serial arm with six turning joints.
+        PostprocError: KIN007, not a URDF or not a serial arm with six turning joints, or pinocchio is not installed.
     """
-    import pinocchio
-
+    try:
+        import pinocchio
+    except ImportError as error:
+        help_ = "install it (conda-forge has it for every platform), or take an arm of `postproc robots list`"
+        raise PostprocError.of(
+            "KIN007", f"`{path}`: pinocchio reads URDF files, and it is not installed", help=help_
+        ) from error
     pin: Any = pinocchio
     model, snapped = _parsed(path, pin)
     serial = all(model.parents[i] == i - 1 for i in range(1, model.njoints))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -203,3 +204,10 @@ def test_gantries_and_positioners_are_no_arms() -> None:
     text = f'ROBOT_TYPE:\n\n      -name "ROB_AS_GANTRY" -type "GEN_KIN" -no_of_joints 3\n#\nROBOT:\n\n      {arm}\n'
     text += f'      {gantry}\n      -name "STN1" -use_robot_type "STN1"\n#\n'
     assert [e["name"] for e in arm_entries(read_entries(text))] == ["ROB_1"]
+
+
+def test_a_urdf_without_pinocchio_names_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pinocchio", None)
+    (tmp_path / "arm.urdf").write_text(URDF, encoding="utf-8")
+    (finding,) = refused(partial(load_robot, tmp_path / "arm.urdf"))
+    assert finding.code == "KIN007" and "conda-forge" in finding.help

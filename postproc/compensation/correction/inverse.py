@@ -126,9 +126,7 @@ def rigid(model: Model) -> Model:
 
 def _real_arm(model: Model) -> Model:
     """The model with all its effects and without correction by the controller: the real arm."""
-    bare = replace(model, controller=None, already=())
-    bare.__dict__["_built"] = model._built
-    return bare
+    return replace(model, controller=None, already=())
 
 
 def _command(model: Model, state: State, desired: Array) -> tuple[Array, Array]:

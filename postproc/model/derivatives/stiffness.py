@@ -57,7 +57,7 @@ def natural_frequencies(model: Model, state: State) -> Array:
 
 def inertia(balance: Equilibrium, at: RestingArm) -> Array:
     """Return the mass matrix (n, m, m) of links and payload (a point mass) in the m coordinates of the arm at rest."""
-    M = at.bodies.inertia(at.coordinates)
+    M = at.bodies.inertia(at.chain, at.along)
     state = balance.state
     if state.payload_mass is None:
         return M

@@ -14,7 +14,7 @@ from postproc.model.arm import Model
 from postproc.model.chain import Chain, Directions, deflected_chain, directions, generalised_forces, point_jacobian
 from postproc.model.derivatives.places import BODY, LOAD_PLACES, PLACES, displacement_parts, flat, load_parts
 from postproc.model.equilibrium import Equilibrium, carries_load
-from postproc.model.loads import coordinates, payload_point
+from postproc.model.loads import payload_point
 from postproc.model.multibody import Multibody
 
 LOAD_STEP = 0.1  # [N, N m]: effects are linear in the load, or smooth over tens of N m
@@ -40,7 +40,7 @@ def resting_arm(model: Model, balance: Equilibrium) -> RestingArm:
     """Return the arm at an equilibrium as coordinates: six joints, and springs at the bodies in ``balance.bodies``."""
     bodies = model.multibody(balance.bodies)
     chain = deflected_chain(model.robot, balance.chain.q, balance.deflection.body, bool(balance.bodies))
-    return RestingArm(bodies, chain, directions(model.robot, chain, balance.bodies), coordinates(chain, bodies))
+    return RestingArm(bodies, chain, directions(model.robot, chain, balance.bodies), bodies.coordinates(chain))
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +72,7 @@ def tangent(model: Model, balance: Equilibrium) -> Tangent:
     C, K_E = np.zeros((n, m, m)), np.zeros((n, m, m))
     give: Array = np.tile(np.eye(m), (n, 1, 1))
     if carries_load(model):
-        K_E = at.bodies.weight_stiffness(at.coordinates) + _dead_loads(model, balance, at.along)
+        K_E = at.bodies.weight_stiffness(at.chain, at.along) + _dead_loads(model, balance, at.along)
         K_E += _effect_loads(model, balance, at)
         C = load_compliance(model, balance.state, at.bodies)
         give = np.asarray(np.linalg.inv(np.eye(m) - C @ K_E))

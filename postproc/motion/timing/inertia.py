@@ -1,4 +1,4 @@
-"""Joint torques of a moving arm with its payload, through pinocchio."""
+"""Joint torques of a moving arm with its payload."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ import numpy as np
 
 from postproc.arrays import Array, blocks
 from postproc.effects.geometry import point_acceleration
+from postproc.model.chain import deflected_chain, directions
 from postproc.model.multibody import Multibody
 from postproc.robot.arm import Robot
-from postproc.robot.kinematics import body_motions, body_poses
+from postproc.robot.kinematics import body_motions
 
 NO_GRAVITY = np.zeros(3)
 
@@ -39,13 +40,12 @@ def inertial_torque(
     arm = Multibody(robot, gravity, ())
     result = np.empty((len(q), 6))
     for rows in blocks(len(q)):
-        T = body_poses(robot, q[rows])
-        flange = T[:, 6] @ robot.link[6]
+        chain = deflected_chain(robot, q[rows], {}, False)
+        along, T, flange = directions(robot, chain, ()), chain.T_base_body, chain.T_base_flange
         point = (flange[:, :3, :3] @ center[rows, :, None])[..., 0] + flange[:, :3, 3]
         flange_motion = body_motions(robot, T, v[rows], a[rows])[6]
         force = mass[rows, None] * (point_acceleration(flange_motion, T[:, 6], point) - gravity)
-        axes = (T[:, 1:, :3, :3] @ robot.axis[:, :, None])[..., 0]
         # z_j . ((p - p_j) x f) = (z_j x (p - p_j)) . f, moments about the origin taken once.
-        moment = np.cross(point, force)[:, None] - np.cross(T[:, 1:, :3, 3], force[:, None])
-        result[rows] = arm.rnea(q[rows], v[rows], a[rows]) + np.sum(axes * moment, axis=2)
+        moment = np.cross(point, force)[:, None] - np.cross(along.origin, force[:, None])
+        result[rows] = arm.rnea(chain, along, v[rows], a[rows]) + np.sum(along.spin * moment, axis=2)
     return result

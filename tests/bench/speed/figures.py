@@ -20,7 +20,7 @@ from tests.bench.speed.table import CALIBRATION, Figure
 from tests.cost import peak_mb
 
 SAMPLE = Path(__file__).resolve().parents[3] / "samples" / "hull_seam.mod"
-LIBRARIES = "import numpy, scipy.interpolate, pinocchio, toppra, ruckig, jinja2, py_opw_kinematics"
+LIBRARIES = "import numpy, scipy.interpolate, toppra, ruckig, jinja2, py_opw_kinematics"
 ARM = "irb4600_60_205"
 
 

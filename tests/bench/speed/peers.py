@@ -16,6 +16,7 @@ from postproc.effects.library.joints.joint_compliance import JointCompliance
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
+from tests.independent.rigid_body import RigidBody
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
 
@@ -34,7 +35,7 @@ def pose_loop(model: Model, state: Any, desired: np.ndarray) -> np.ndarray:
     branches = np.array(solver.reach(flanges, joint_limits=np.tile([10.0, 11.0], (6, 1))).joints)
     far = np.where(np.isnan(branches), np.inf, np.abs(branches - state.q[:, None])).max(axis=2)
     q = branches[np.arange(len(branches)), far.argmin(axis=1)]
-    arm = model.multibody().model
+    arm = RigidBody(model.robot, model.gravity).model
     flange = pin.SE3(model.robot.link[6][:3, :3], model.robot.link[6][:3, 3])
     tcp = np.broadcast_to(state.T_flange_tcp, (len(q), 4, 4))[0]
     frame = arm.addFrame(pin.Frame("tcp", 6, 0, flange * pin.SE3(tcp[:3, :3], tcp[:3, 3]), pin.FrameType.OP_FRAME))
