@@ -35,11 +35,11 @@ def conversion(*arguments: str) -> dict[str, Any]:
 
 def hull(key: str, digits: int) -> str:
     """A figure [mm] of the seam of the first tutorial."""
-    return f"{conversion(*HULL)[key]:.{digits}f}"
+    return f"{conversion(*HULL)['figures'][0][key]:.{digits}f}"
 
 
 def hull_expected() -> str:
-    low, high = conversion(*HULL)["expected_on_arm_mm"]
+    low, high = conversion(*HULL)["figures"][0]["expected_on_arm_mm"]
     return f"{low:.2f} to {high:.2f} mm"
 
 
@@ -77,8 +77,8 @@ def speed(row: str) -> str:
 
 MADE: Mapping[str, Callable[[], str]] = {
     "welding": welding.rows,
-    "hull-before": lambda: hull("max_arc_error_before_mm", 1),
-    "hull-after": lambda: hull("max_arc_error_after_mm", 3),
+    "hull-before": lambda: hull("before_mm", 2),
+    "hull-after": lambda: hull("after_mm", 2),
     "hull-expected": hull_expected,
     "hull-share": lambda: hull_share("expected_remaining_fraction"),
     "hull-gauge-share": lambda: hull_share("expected_remaining_fraction_after_gauge"),

@@ -379,13 +379,15 @@ def outcome(row: Row, document: dict[str, Any]) -> str:
     if states == {"skipped"}:
         return "left alone"
     assert states == {"compensated"}, document
-    before, after = (document[f"max_arc_error_{when}_mm"] for when in ("before", "after"))
     count = document["added_targets"]
     added = f", {count or 'no'} target{'s' * (count != 1)} added" if "p3" in row.body else ""
-    if before is None:
+    if not document["figures"]:  # what the sensor adds is not known
         return f"corrected{added}"
-    assert after <= TOLERANCE, document
-    return f"corrected, {before:.1f} mm{added}"
+    figure = document["figures"][0]
+    assert figure["after_mm"] <= TOLERANCE, document
+    if figure["before_mm"] < 0.1:
+        return f"corrected, less than 0.1\u00a0mm{added}"
+    return f"corrected, {figure['before_mm']:.1f}\u00a0mm{added}"
 
 
 def programs_page() -> str:

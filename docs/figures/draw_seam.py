@@ -75,8 +75,8 @@ def side_view(programmed: Array, before: Array, after: Array) -> list[str]:
         drawn(after, f'stroke="{BLUE}" stroke-width="3"'),
         label(MARGIN, 28, f"A seam of 1.4 m seen from the side, {np.linalg.norm(FORCE):.0f} N on the torch", size=19),
         label(MARGIN, 52, f"deviations drawn {MAGNIFIED:.0f} times larger", GREY, size=15),
-        label(WIDTH / 2, 146, "where the arm goes", RED, "middle"),
-        label(WIDTH / 2, 84, "where the program says, and where the model goes after the correction", BLUE, "middle"),
+        label(WIDTH / 2, 146, "without correction, in the model", RED, "middle"),
+        label(WIDTH / 2, 84, "as programmed (grey), and corrected, in the model", BLUE, "middle"),
     ]
 
 
@@ -84,7 +84,7 @@ def bars(rows: list[tuple[str, float, float, str, str]], top: float) -> list[str
     """Intervals [mm] on one axis: name, low, high, their text, colour."""
     most, left = max(row[2] for row in rows), 278.0
     scale = (WIDTH - MARGIN - left - 146) / most
-    parts = [label(MARGIN, top, "How far the torch is off, at most, while the arc burns", size=19)]
+    parts = [label(MARGIN, top, "How far the torch is off sideways and in stick-out, at most", size=19)]
     for i, (name, low, high, text, color) in enumerate(rows):
         y = top + 38 + 42 * i
         parts.append(f'<line x1="{left}" x2="{left + most * scale:.1f}" y1="{y}" y2="{y}" stroke="{LIGHT}"/>')
@@ -103,13 +103,14 @@ def draw() -> str:
     programmed, before = weld(model, source.data)
     _, after = weld(model, result.output)
     said = document(result)
-    was, left = said["max_arc_error_before_mm"], said["max_arc_error_after_mm"]
-    low, high = said["expected_on_arm_mm"]
+    weld_figures = said["figures"][0]
+    was, left = weld_figures["before_mm"], weld_figures["after_mm"]
+    low, high = weld_figures["expected_on_arm_mm"]
     share = said["expected_remaining_fraction_after_gauge"]
     gauge = [float(np.hypot(left, part * was)) for part in share]
     rows = [
-        ("not corrected, in the model", was, was, f"{was:.1f} mm", RED),
-        ("corrected, arm not measured", low, high, f"{low:.1f} to {high:.1f} mm", GREY),
+        ("not corrected, in the model", was, was, f"{was:.2f} mm", RED),
+        ("corrected, arm not measured", low, high, f"{low:.2f} to {high:.2f} mm", GREY),
         ("after 12 gauge readings", *gauge, f"{gauge[0]:.2f} to {gauge[1]:.2f} mm", BLUE),
         ("corrected, in the model", left, left, f"{left:.2f} mm", BLUE),
     ]
