@@ -51,6 +51,11 @@ def loops(run: Callable[[], object], times: int = 1) -> float:
     return min(runs) / _pass()
 
 
+def within(run: Callable[[], object], most: float) -> bool:
+    """Whether one of three runs takes at most so many passes of an empty loop (`loops`): a busy machine slows them."""
+    return any(loops(run) <= most for _ in range(3))
+
+
 @cache
 def _pass() -> float:
     """Processor time of a pass of an empty loop [s]: of so many that the clock's own step does not matter."""

@@ -10,7 +10,7 @@ from postproc.diagnostics import Diagnostic, Source
 from postproc.rapid.execution.walk import Walk, walk_program
 from postproc.rapid.program.program import read_program
 from postproc.rapid.program.references import declaration_uses
-from tests.cost import loops, operations
+from tests.cost import loops, operations, within
 from tests.fuzz.checks import limited
 
 TIMES = 4
@@ -110,13 +110,13 @@ def test_one_long_word_costs_what_it_is_long(place: str, piece: str) -> None:
         follow(module(PLACES[place].replace("{}", piece * (size // len(piece)))))
 
     assert operations(lambda: run(20_000)) < 11 * operations(lambda: run(2_000))
-    assert loops(lambda: run(20_000)) < max(15 * loops(lambda: run(2_000), 2), 5e6)
+    assert within(lambda: run(20_000), max(40 * loops(lambda: run(2_000), 2), 5e6))
 
 
 def test_a_word_of_a_megabyte_in_a_comment_is_read_at_once() -> None:
     text = module(f"! {'a' * 1_000_000}\n{MOVE.format(1)}")
     assert operations(lambda: follow(text)) < 1e5
-    assert loops(lambda: follow(text)) < 1e8
+    assert within(lambda: follow(text), 1e8)
 
 
 @pytest.mark.parametrize(
@@ -171,7 +171,7 @@ def test_findings_on_one_long_line_are_shown_at_once() -> None:
             assert all(len(line) <= 90 for line in text.splitlines())
 
     assert operations(lambda: show(TIMES * 20_000)) < 1.1 * operations(lambda: show(20_000))
-    assert loops(lambda: show(TIMES * 20_000)) < 2 * TIMES * loops(lambda: show(20_000), 2)
+    assert within(lambda: show(TIMES * 20_000), 4 * TIMES * loops(lambda: show(20_000), 2))
 
 
 LEVELS = "RECORD r0\nnum a;\nENDRECORD\n" + "".join(
