@@ -146,11 +146,13 @@ class Scene:
     Args:
         name: of its template and of the element that carries the data. data: returns these plain values.
         controls: name of the view with the controls, which stays in sight; empty where there is none.
+        stage: name of the view that stands beside the sections and stays in sight; empty where there is none.
     """
 
     name: str
     data: Callable[[], Values]
     controls: str = ""
+    stage: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

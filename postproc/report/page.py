@@ -16,31 +16,41 @@ from postproc.files import resource
 from postproc.report.blocks import Bars, Block, Chart, Columns, DataTable, Document, View, is_number, plain
 from postproc.report.drawing.charts import bars
 
-SCRIPTS = {"": ("base", "table"), "steps": ("space", "arm", "steps"), "path": ("space", "arm", "course", "path")}
-SCRIPTS |= {"programs": ("programs",)}
+SCRIPTS = {
+    "": ("base", "table"),
+    "steps": ("flat", "flat_arm", "steps"),
+    "path": ("vendor/three.min", "vendor/uplot.min", "space", "arm", "course", "path"),
+    "programs": ("programs",),
+}
 """Of every page, and of each scene."""
-STYLES = {"programs": "programs"}
+STYLES = {"vendor/uplot.min": "vendor/uplot.min", "course": "course", "programs": "programs"}
 """Style sheets by the script that needs them."""
 
 
 def render_page(document: Document) -> str:
     """Render a document as one HTML page with styles, scripts and data inside."""
     scene, of = document.scene, "" if document.scene is None else document.scene.name
+    scripts = [name for each in dict.fromkeys(("", of)) for name in SCRIPTS[each]]
+    styles = ["page", *(STYLES[name] for name in scripts if name in STYLES)]
+    headline, *details = re.split(r"(?<=[.!?])\s+(?=[A-Z\d`])|\n", document.sentence)
+    stage, bar = ("", "") if scene is None else (scene.stage, scene.controls)
     drawn = [(section, "".join(_html(block, of) for block in section.blocks)) for section in document.sections]
     page = render(
         "page.html.j2",
         title=document.title,
-        sentence=prose(document.sentence),
+        headline=prose(headline),
+        more=prose(" ".join(details)),
+        basis=prose(document.basis),
         key=[figure for figure in document.figures if figure.value is not None],
-        assumed=prose(document.basis),
-        bar=render(f"{of}.html.j2", view=scene.controls) if scene is not None and scene.controls else "",
+        stage=render(f"{of}.html.j2", view=stage) if stage else "",
+        bar=render(f"{of}.html.j2", view=bar) if bar else "",
         sections=[
             (section, prose(section.title), prose(section.note), Markup(html)) for section, html in drawn if html
         ],
-        style=Markup("\n").join(asset(f"{name}.css") for name in ["page", *([STYLES[of]] if of in STYLES else [])]),
+        style=Markup("\n").join(asset(f"{name}.css") for name in styles),
         document=embedded(plain(document.values)),
         data={} if scene is None else {of: embedded(plain(scene.data()))},
-        script=Markup("\n").join(asset(f"{name}.js") for each in dict.fromkeys(("", of)) for name in SCRIPTS[each]),
+        scripts=[asset(f"{name}.js") for name in scripts],
     )
     return str(page)
 

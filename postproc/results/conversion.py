@@ -74,8 +74,7 @@ def conversion_document(name: str, conversion: Conversion, made: Mapping[str, st
         basis=_basis(conversion, made or {}) if moved else "",
         sections=[
             Section("Seam by seam", [of_seams], "The largest deviation while the arc burns."),
-            Section("Where", [View("space")] if moved else [], IN_SPACE_NOTE),
-            Section("How far off, along the path", [View("deviation")] if moved else [], ACROSS),
+            Section("Program", [View("text")] if moved else [], IN_SPACE_NOTE),
             work_object_section(values),
             Section("Every motion statement", [DataTable("statements", STATEMENT, statements, (), view=shown)]),
             Section("Joints", [View("joints")] if moved else [], JOINTS_NOTE),
@@ -83,7 +82,7 @@ def conversion_document(name: str, conversion: Conversion, made: Mapping[str, st
             Section("Corrected on the controller", [DataTable("run time", ("what", "value"), checked)], CHECKED),
             made_section(facts),
         ],
-        scene=Scene("path", lambda: path_data(conversion)) if moved else None,
+        scene=Scene("path", lambda: path_data(conversion), stage="stage") if moved else None,
     )
 
 

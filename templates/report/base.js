@@ -1,15 +1,25 @@
 "use strict";
-// What every part of the page uses: elements, columns of numbers, colours, and the place that is chosen.
+// What every part of a page uses: elements, columns of numbers, the address, saved files, and choices that are shared.
 
 function element(tag, attributes = {}, ...children) {
-  const svg = ["svg", "g", "path", "line", "rect", "text", "circle"].includes(tag);
-  const made = svg ? document.createElementNS("http://www.w3.org/2000/svg", tag) : document.createElement(tag);
+  const made = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
     if (name.startsWith("on")) made.addEventListener(name.slice(2), value);
     else if (value !== null && value !== undefined) made.setAttribute(name, value);
   }
   made.append(...children);
   return made;
+}
+
+const button = (text, onclick, attributes = {}) => element("button", { type: "button", onclick, ...attributes }, text);
+
+/** Buttons of which one is pressed; choose(name) is called with its name. */
+function switchOf(label, names, pressed, choose) {
+  const group = element("span", { class: "buttons", role: "group", "aria-label": label });
+  const press = (name) => { for (const one of group.children) one.setAttribute("aria-pressed", one.textContent === name); };
+  group.append(...names.map((name) => button(name, () => { press(name); choose(name); })));
+  press(pressed);
+  return group;
 }
 
 function data(id) {
@@ -35,46 +45,12 @@ function lengths(vectors) {
     Math.hypot(vectors[3 * i], vectors[3 * i + 1], vectors[3 * i + 2]));
 }
 
-function largest(values) {
-  let most = 0;
-  for (const value of values) if (value > most) most = value;
-  return most;
-}
-
+const largest = (values) => values.reduce((most, value) => (value > most ? value : most), 0);
 const thousands = (x) => x.toLocaleString("en");
-const mm = (x) => (Number.isFinite(x) ? `${x.toFixed(3)} mm` : "not known");
 const short = (x) => String(Number(x.toPrecision(4)));
 const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
-const STOPS = [[22, 138, 128], [222, 160, 20], [197, 34, 31]]; // small, middle, large: seen on white and on black
-const SHADES = 24;
-
-/** Colour of a size between 0 and 1. */
-function shade(x) {
-  const at = Math.min(Math.max(Number.isFinite(x) ? x : 0, 0), 1) * (STOPS.length - 1);
-  const k = Math.min(Math.floor(at), STOPS.length - 2);
-  const mixed = STOPS[k].map((c, i) => Math.round(c + (at - k) * (STOPS[k + 1][i] - c)));
-  return `rgb(${mixed.join(",")})`;
-}
-
-function legend(most, unit, mark) {
-  const ramp = Array.from({ length: 9 }, (_, i) => shade(i / 8)).join(",");
-  const bar = element("span", { class: "ramp", style: `background: linear-gradient(90deg, ${ramp})` });
-  if (mark && mark < most) bar.append(element("i", { style: `left: ${(100 * mark) / most}%`, title: `tolerance ${mark} ${unit}` }));
-  return element("span", { class: "legend" }, `0`, bar, `${short(most)} ${unit}`);
-}
-
-/** Round numbers between two limits, about as many as asked for. */
-function ticks(low, high, count) {
-  const rough = (high - low) / Math.max(count, 1) || 1;
-  const power = 10 ** Math.floor(Math.log10(rough));
-  const step = [1, 2, 5, 10].find((f) => f * power >= rough * 0.999) * power;
-  const found = [];
-  for (let k = Math.ceil(low / step - 1e-6); k * step <= high + 1e-6 * step; k++) found.push(Number((k * step).toPrecision(10)));
-  return found;
-}
-
-/** A value that several parts of the page show and change: the place of the path, the step of the loop. */
+/** A value that several parts of the page show and change: the place of the path, the step of a model. */
 class Choice {
   constructor(value) { this.value = value; this.heard = []; }
   listen(hear) { this.heard.push(hear); }
@@ -84,6 +60,60 @@ class Choice {
     for (const hear of this.heard) hear(value, from);
   }
 }
+
+/** What the page shows, as the part of its address behind #. */
+const address = {
+  values: new URLSearchParams(location.hash.slice(1)),
+  number(name) { const text = this.values.get(name); return text === null || Number.isNaN(Number(text)) ? null : Number(text); },
+  set(name, value) {
+    this.values.set(name, value);
+    clearTimeout(this.waiting);
+    this.waiting = setTimeout(() => this.write(), 150);
+  },
+  write() { history.replaceState(null, "", `#${this.values}`.replaceAll("%2C", ",")); },
+};
+
+async function copyLink(event) {
+  const pressed = event.currentTarget;
+  address.write();
+  try {
+    await navigator.clipboard.writeText(location.href);
+    pressed.textContent = "link copied";
+  } catch {
+    prompt("The address of what is shown:", location.href); // browsers without a clipboard for pages from a disk
+  }
+  setTimeout(() => { pressed.textContent = "copy link"; }, 2000);
+}
+document.querySelector("[data-copy-link]")?.addEventListener("click", copyLink);
+
+/** Let the browser save a file. */
+function save(name, blob) {
+  const link = element("a", { href: URL.createObjectURL(blob), download: name });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+}
+
+/** Save rows of cells as a CSV file. */
+function saveCsv(title, rows) {
+  const cell = (x) => (x === null || Number.isNaN(x) ? "" : /[",\n]/.test(String(x)) ? `"${String(x).replaceAll('"', '""')}"` : String(x));
+  save(`${fileName(title)}.csv`, new Blob([rows.map((row) => row.map(cell).join(",")).join("\n"), "\n"], { type: "text/csv" }));
+}
+
+/** Save a picture under its title on paper; draw(pen) draws so many pixels. */
+function savePng(title, width, height, ratio, draw) {
+  const canvas = element("canvas", { width: Math.round(width * ratio), height: Math.round((height + 24) * ratio) }), pen = canvas.getContext("2d");
+  pen.scale(ratio, ratio);
+  pen.fillStyle = css("--paper");
+  pen.fillRect(0, 0, width, height + 24);
+  pen.fillStyle = css("--ink");
+  pen.font = "600 12px system-ui, sans-serif";
+  pen.fillText(title, 6, 16);
+  pen.translate(0, 24);
+  draw(pen);
+  canvas.toBlob((blob) => save(`${fileName(title)}.png`, blob));
+}
+
+const fileName = (title) => title.toLowerCase().replace(/[^a-z0-9]+/g, "-").replace(/^-|-$/g, "");
 
 /** Draw when the window has another size or other colours, and on paper. */
 const drawn = [];

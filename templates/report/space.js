@@ -1,202 +1,292 @@
 "use strict";
-// A view in space that can be turned: by mouse, by touch, and by keys. What stands in it is drawn by its scene.
+// A view in space, drawn by three.js: turned by mouse, touch and keys, and framed so that nothing is cut off.
+
+const MARGIN = 0.86; // share of the view that what is framed fills
+const CORNER_MARGIN = 0.74; // the same of a corner, where links are as thick as a part of it
+const WAYS = { above: [0, -1e-3, 1], front: [1, 0, 0], side: [0, -1, 0] }; // towards the eye
 
 class Space {
-  /** @param scene {draw(space, pen), near(space, x, y): {text, pick?}|null, box: [low, high], label} */
-  constructor(host, scene) {
-    Object.assign(this, { host, scene });
-    this.yaw = -0.9; this.pitch = 0.5; this.zoom = 1; this.busy = 0;
-    this.canvas = element("canvas", { tabindex: "0", role: "img", "aria-label": `${scene.label} Arrow keys turn the view, plus and minus zoom.` });
+  /**
+   * @param host element that the view fills
+   * @param options {label, near(x, y): {text, pick?}|null}: what it shows, and what is near a pixel
+   */
+  constructor(host, { label, near }) {
+    Object.assign(this, { host, near, scene: new THREE.Scene(), painted: [], tags: [], frames: 0 });
+    const canvas = element("canvas", { tabindex: "0", role: "img", "aria-label": `${label} Arrow keys turn the view, plus and minus zoom.` });
+    const context = canvas.getContext("webgl2", { antialias: !drawnByProcessor() });
+    if (!context) {
+      host.replaceChildren(element("p", { class: "note" }, "This browser draws nothing in space (it has no WebGL): the charts and tables show the same figures."));
+      host.classList.add("blank");
+      return;
+    }
+    this.canvas = canvas;
     this.tip = element("div", { class: "tip", role: "tooltip", hidden: "" });
-    host.append(this.canvas, this.tip);
-    this.frame(scene.box);
+    this.axes = element("div", { class: "axes", "aria-hidden": "true" }, ..."xyz".split("").map((name) => element("span", {}, name)));
+    host.append(canvas, this.axes, this.tip);
+    this.gl = new THREE.WebGLRenderer({ canvas, context });
+    this.gl.autoClear = false;
+    this.camera = new THREE.OrthographicCamera(-1, 1, 1, -1, -100, 100);
+    this.camera.up.set(0, 0, 1);
+    this.controls = new THREE.OrbitControls(this.camera, canvas);
+    this.controls.enableDamping = false;
+    this.controls.zoomToCursor = true;
+    this.controls.addEventListener("change", () => this.later());
+    this.controls.addEventListener("end", () => this.remember());
+    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x8a929a, 2.2));
+    this.sun = new THREE.DirectionalLight(0xffffff, 1.6);
+    this.scene.add(this.sun);
     this.listen();
-    new ResizeObserver(() => this.draw()).observe(this.canvas);
-    drawAgain(() => this.draw());
+    new ResizeObserver(() => this.resize()).observe(host);
+    drawAgain(() => this.resize());
   }
 
-  /** Look at a box [[x, y, z], [x, y, z]]. */
-  frame([low, high]) {
-    this.center = low.map((x, i) => (x + high[i]) / 2);
-    this.radius = Math.max(Math.hypot(...low.map((x, i) => high[i] - x)) / 2, 1e-3);
-    this.zoom = 1;
+  /** Whether this browser can draw in space. */
+  get works() { return Boolean(this.gl); }
+
+  /** Let a material have a colour of the style sheet, by its name, also when the colours change. */
+  paint(material, name) {
+    this.painted.push([material, name]);
+    material.color.set(css(name));
+    return material;
+  }
+
+  /**
+   * Lines between pairs of places.
+   * @param places Float32Array x y z, x y z of each pair
+   * @param options {color: name in the style sheet, width: pixels, opacity, dashed}
+   */
+  lines(places, { color, width = 1, opacity = 1 }) {
+    const of = { transparent: opacity < 1, opacity, depthTest: false };
+    let made;
+    if (width > 1) {
+      const geometry = new THREE.LineSegmentsGeometry();
+      geometry.setPositions(places);
+      made = new THREE.LineSegments2(geometry, this.paint(new THREE.LineMaterial({ linewidth: width, ...of }), color));
+    } else {
+      const geometry = new THREE.BufferGeometry();
+      geometry.setAttribute("position", new THREE.BufferAttribute(places, 3));
+      made = new THREE.LineSegments(geometry, this.paint(new THREE.LineBasicMaterial(of), color));
+    }
+    made.frustumCulled = false;
+    return made;
+  }
+
+  /** Let a text stand beside a place [x, y, z], or a dot in it. @return {at, text, shown}, to change before later(). */
+  tag(kind = "") {
+    const made = { at: [0, 0, 0], shown: false, element: element("div", { class: `tag ${kind}`, hidden: "" }) };
+    this.host.append(made.element);
+    this.tags.push(made);
+    return made;
+  }
+
+  /**
+   * Show places x, y, z, x, y, z, .. whole, from a direction towards the eye; from where it is without one.
+   */
+  frame(places, direction = null) {
+    this.framed = [places, direction];
+    if (!this.works || !this.width) return;
+    const { camera, controls } = this;
+    const eye = direction ? new THREE.Vector3(...direction).normalize() : camera.position.clone().sub(controls.target).normalize();
+    [camera.position.copy(eye), controls.target.set(0, 0, 0), camera.zoom = 1];
+    camera.lookAt(0, 0, 0);
+    const [low, high] = extent(places, camera);
+    const middle = new THREE.Vector3().addVectors(low, high).multiplyScalar(0.5).applyQuaternion(camera.quaternion);
+    controls.target.copy(middle);
+    camera.position.copy(middle).add(eye);
+    // Beside a corner with another camera there is room on its left, or below it.
+    const corner = this.small?.host.hidden === false ? this.small.host : null, part = (used, of) => (corner ? 1 - (used + 8) / of : 1);
+    const rooms = [[part(corner?.offsetWidth, this.width), 1], [1, part(corner?.offsetHeight, this.height)]];
+    const zooms = rooms.map(([wide, tall]) => MARGIN / Math.max((high.x - low.x) / 2 / this.aspect / wide, (high.y - low.y) / 2 / tall, 1e-3));
+    const k = zooms[0] > zooms[1] ? 0 : 1, [wide, tall] = rooms[k];
+    camera.zoom = zooms[k];
+    const shift = new THREE.Vector3((1 - wide) * this.aspect, (1 - tall), 0).divideScalar(camera.zoom).applyQuaternion(camera.quaternion);
+    controls.target.add(shift);
+    camera.position.add(shift);
+    camera.updateProjectionMatrix();
+    controls.update();
     this.later();
   }
 
-  look(yaw, pitch) { this.yaw = yaw; this.pitch = pitch; this.later(); }
+  /** Look from a direction at what is in the middle. */
+  look(direction) { if (this.framed) this.frame(this.framed[0], direction); this.remember(); }
 
-  listen() {
-    const touching = new Map();
-    const { canvas } = this;
-    canvas.addEventListener("pointerdown", (e) => {
-      canvas.setPointerCapture(e.pointerId);
-      touching.set(e.pointerId, [e.clientX, e.clientY]);
-      this.moved = 0;
-    });
-    canvas.addEventListener("pointermove", (e) => {
-      const before = touching.get(e.pointerId);
-      if (!before) return this.hover(e);
-      const dx = e.clientX - before[0], dy = e.clientY - before[1];
-      this.moved += Math.abs(dx) + Math.abs(dy);
-      if (touching.size === 2) {
-        const [a, b] = [...touching.values()];
-        const old = Math.hypot(a[0] - b[0], a[1] - b[1]);
-        touching.set(e.pointerId, [e.clientX, e.clientY]);
-        const [c, d] = [...touching.values()];
-        this.zoomBy(Math.hypot(c[0] - d[0], c[1] - d[1]) / (old || 1));
-        this.pan(dx / 2, dy / 2);
-      } else {
-        touching.set(e.pointerId, [e.clientX, e.clientY]);
-        if (e.shiftKey || e.buttons === 2 || e.buttons === 4) this.pan(dx, dy);
-        else this.turn(-0.008 * dx, 0.008 * dy);
-      }
-    });
-    const end = (e) => {
-      if (touching.delete(e.pointerId) && this.moved < 6 && e.type === "pointerup") this.pick(e);
-      this.settle();
-    };
-    canvas.addEventListener("pointerup", end);
-    canvas.addEventListener("pointercancel", end);
-    canvas.addEventListener("pointerleave", () => { this.tip.hidden = true; });
-    canvas.addEventListener("contextmenu", (e) => e.preventDefault());
-    canvas.addEventListener("wheel", (e) => { e.preventDefault(); this.zoomBy(Math.exp(-0.0015 * e.deltaY)); this.settle(); }, { passive: false });
-    canvas.addEventListener("keydown", (e) => {
-      const turn = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1] }[e.key];
-      const zoom = { "+": 1.2, "=": 1.2, "-": 1 / 1.2 }[e.key];
-      if (!turn && !zoom) return;
-      e.preventDefault();
-      if (turn) this.turn(...turn); else this.zoomBy(zoom);
-      this.settle();
-    });
+  /** Let another camera show one more layer where an element of the host stands, unless that is hidden: places() are whole in it. */
+  inset(host, layer, places) { this.small = { host, places, camera: new THREE.OrthographicCamera(-1, 1, 1, -1, -100, 100) }; this.small.camera.layers.enable(layer); }
+
+  /** The view as text for the address: middle, eye, zoom. */
+  remember() {
+    const { target } = this.controls, view = [...target.toArray(), ...this.camera.position.clone().sub(target).toArray(), this.camera.zoom];
+    address.set("view", view.map((x) => Number(x.toPrecision(7))).join(","));
+    this.framed = null;
   }
 
-  turn(dyaw, dpitch) {
-    this.yaw += dyaw;
-    this.pitch = Math.min(Math.max(this.pitch + dpitch, -Math.PI / 2), Math.PI / 2);
-    this.busy = 1;
-    this.later();
+  /** Take the view that the address says. @return whether it says one */
+  recall() {
+    const view = (address.values.get("view") || "").split(",").map(Number);
+    if (!this.works || view.length !== 7 || view.some(Number.isNaN)) return false;
+    this.controls.target.fromArray(view);
+    this.camera.position.fromArray(view, 3).add(this.controls.target);
+    this.camera.zoom = view[6];
+    this.framed = null;
+    this.resize();
+    this.controls.update();
+    return true;
   }
 
-  zoomBy(factor) { this.zoom = Math.min(Math.max(this.zoom * factor, 0.1), 500); this.busy = 1; this.later(); }
-
-  pan(dx, dy) {
-    const scale = 1 / this.scale();
-    const [right, up] = this.axes();
-    this.center = this.center.map((c, i) => c - scale * (dx * right[i] - dy * up[i]));
-    this.busy = 1;
-    this.later();
-  }
-
-  /** Directions on the screen in space: to the right, up, towards the eye. */
-  axes() {
-    const [cy, sy, cp, sp] = [Math.cos(this.yaw), Math.sin(this.yaw), Math.cos(this.pitch), Math.sin(this.pitch)];
-    return [[-sy, cy, 0], [-sp * cy, -sp * sy, cp], [cp * cy, cp * sy, sp]];
-  }
-
-  /** Pixels of a metre. */
-  scale() { return (this.zoom * 0.62 * Math.min(this.width, this.height)) / this.radius; }
-
-  /** Function from a place to pixels. */
-  projection() {
-    const [r, u] = this.axes(), scale = this.scale(), [cx, cy, cz] = this.center;
-    const w = this.width / 2, h = this.height / 2;
-    return (x, y, z) => {
-      x -= cx; y -= cy; z -= cz;
-      return [w + scale * (r[0] * x + r[1] * y), h - scale * (u[0] * x + u[1] * y + u[2] * z)];
-    };
+  resize() {
+    if (!this.works || !this.host.clientWidth) return;
+    for (const [material, name] of this.painted) material.color.set(css(name));
+    this.width = onPaper() ? PAPER : this.host.clientWidth;
+    this.height = onPaper() ? 420 : this.host.clientHeight;
+    this.aspect = this.width / this.height;
+    this.gl.setPixelRatio(onPaper() ? 2 : Math.min(devicePixelRatio || 1, 2));
+    this.gl.setSize(this.width, this.height, false);
+    [this.camera.left, this.camera.right] = [-this.aspect, this.aspect];
+    this.camera.updateProjectionMatrix();
+    if (this.framed) this.frame(...this.framed);
+    if (onPaper()) this.draw(); else this.later();
   }
 
   later() {
-    if (this.pending) return;
+    if (!this.works || this.pending) return;
     this.pending = requestAnimationFrame(() => { this.pending = 0; this.draw(); });
   }
 
-  settle() { clearTimeout(this.rest); this.rest = setTimeout(() => { this.busy = 0; this.later(); }, 120); }
-
   draw() {
-    const ratio = onPaper() ? 2 : devicePixelRatio || 1;
-    if (!this.canvas.clientWidth) return;
-    this.width = onPaper() ? PAPER : this.canvas.clientWidth;
-    this.height = onPaper() ? 420 : this.canvas.clientHeight;
-    this.canvas.width = this.width * ratio; this.canvas.height = this.height * ratio;
-    const pen = this.canvas.getContext("2d");
-    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
-    pen.clearRect(0, 0, this.width, this.height);
-    pen.lineJoin = pen.lineCap = "round";
-    this.scene.draw(this, pen);
-    this.triad(pen);
+    if (!this.width) return;
+    const { gl, camera, scene } = this;
+    gl.setClearColor(css("--paper"));
+    gl.clear();
+    this.sun.position.copy(camera.position).sub(this.controls.target).add(new THREE.Vector3(0.3, -0.4, 0.8));
+    gl.render(scene, camera);
+    if (this.small && !onPaper()) this.corner();
+    for (const { element: tag, at, shown, text } of this.tags) {
+      tag.hidden = !shown;
+      if (!shown) continue;
+      tag.textContent = text;
+      const [x, y] = this.pixel(...at);
+      if (!text) { tag.style.translate = `${x}px ${y}px`; continue; }
+      tag.style.left = `${Math.max(4, Math.min(x + 12, this.width - tag.offsetWidth - 4))}px`;
+      tag.style.top = `${Math.max(4, Math.min(y - 12 - tag.offsetHeight, this.height - tag.offsetHeight - 4))}px`;
+    }
+    [...this.axes.children].forEach((name, k) => {
+      const tip = new THREE.Vector3().setComponent(k, 1).applyQuaternion(camera.quaternion.clone().invert());
+      name.style.transform = `translate(${24 * tip.x}px, ${-24 * tip.y}px)`;
+    });
+    this.frames += 1;
   }
 
-  /** The axes x, y, z in the corner. */
-  triad(pen) {
-    const [r, u] = this.axes(), at = [34, this.height - 34];
-    pen.font = "12px system-ui, sans-serif"; pen.textAlign = "center"; pen.textBaseline = "middle";
-    ["x", "y", "z"].forEach((name, i) => {
-      const tip = [at[0] + 20 * r[i], at[1] - 20 * u[i]];
-      pen.strokeStyle = pen.fillStyle = css("--faint"); pen.lineWidth = 1.5;
-      pen.beginPath(); pen.moveTo(...at); pen.lineTo(...tip); pen.stroke();
-      pen.fillText(name, at[0] + 29 * r[i], at[1] - 29 * u[i]);
+  corner() {
+    const { gl, small: { host, places, camera } } = this, box = host.getBoundingClientRect(), mine = this.canvas.getBoundingClientRect();
+    if (!box.width) return;
+    camera.quaternion.copy(this.camera.quaternion);
+    const [low, high] = extent(places(), camera), wide = box.width / box.height;
+    const half = Math.max((high.x - low.x) / wide, high.y - low.y) / 2 / CORNER_MARGIN;
+    const [x, y] = [(low.x + high.x) / 2, (low.y + high.y) / 2];
+    Object.assign(camera, { left: x - half * wide, right: x + half * wide, top: y + half, bottom: y - half });
+    camera.updateProjectionMatrix();
+    const at = [box.left - mine.left, mine.bottom - box.bottom, box.width, box.height];
+    gl.setScissorTest(true);
+    gl.setScissor(...at); gl.setViewport(...at);
+    gl.setClearColor(css("--panel"));
+    gl.clear();
+    gl.render(this.scene, camera);
+    gl.setScissorTest(false);
+    gl.setViewport(0, 0, this.width, this.height);
+  }
+
+  /** Pixel of a place. */
+  pixel(x, y, z) {
+    const at = new THREE.Vector3(x, y, z).project(this.camera);
+    return [((at.x + 1) / 2) * this.width, ((1 - at.y) / 2) * this.height];
+  }
+
+  /** The row, of a list, of the place that is nearest to a pixel and not farther than so many; -1 without one. */
+  nearest(places, rows, x, y, reach = 14) {
+    const e = new THREE.Matrix4().multiplyMatrices(this.camera.projectionMatrix, this.camera.matrixWorldInverse).elements;
+    const [w, h] = [this.width / 2, this.height / 2];
+    let best = -1, least = reach * reach;
+    for (const i of rows) {
+      const [a, b, c] = [places[3 * i], places[3 * i + 1], places[3 * i + 2]];
+      const dx = w * (1 + e[0] * a + e[4] * b + e[8] * c + e[12]) - x, dy = h * (1 - e[1] * a - e[5] * b - e[9] * c - e[13]) - y;
+      const square = dx * dx + dy * dy;
+      if (square < least) { least = square; best = i; }
+    }
+    return best;
+  }
+
+  listen() {
+    const { canvas } = this, at = (e) => { const box = canvas.getBoundingClientRect(); return [e.clientX - box.left, e.clientY - box.top]; };
+    let pressed = null;
+    canvas.addEventListener("pointerdown", (e) => { pressed = at(e); });
+    canvas.addEventListener("pointerup", (e) => {
+      const [x, y] = at(e);
+      if (pressed && Math.hypot(x - pressed[0], y - pressed[1]) < 5) this.near?.(x, y)?.pick?.();
+      pressed = null;
+    });
+    canvas.addEventListener("pointermove", (e) => { if (!pressed) this.hover(...at(e)); });
+    canvas.addEventListener("pointerleave", () => { this.tip.hidden = true; });
+    canvas.addEventListener("keydown", (e) => {
+      const turn = { ArrowLeft: [0.1, 0], ArrowRight: [-0.1, 0], ArrowUp: [0, -0.1], ArrowDown: [0, 0.1] }[e.key];
+      const zoom = { "+": 1.2, "=": 1.2, "-": 1 / 1.2 }[e.key];
+      if (!turn && !zoom) return;
+      e.preventDefault();
+      if (zoom) this.camera.zoom *= zoom;
+      else {
+        const { target } = this.controls, eye = this.camera.position.clone().sub(target), r = eye.length();
+        const yaw = Math.atan2(eye.y, eye.x) - turn[0], rise = Math.min(Math.max(Math.asin(eye.z / r) - turn[1], -1.55), 1.55);
+        this.camera.position.set(Math.cos(rise) * Math.cos(yaw), Math.cos(rise) * Math.sin(yaw), Math.sin(rise)).multiplyScalar(r).add(target);
+      }
+      this.camera.updateProjectionMatrix();
+      this.controls.update();
+      this.remember();
+      this.later();
     });
   }
 
-  /** A grid of the floor z = 0 around what is seen. */
-  floor(pen, step = 0.5) {
-    const at = this.projection(), reach = 4;
-    pen.strokeStyle = css("--grid"); pen.lineWidth = 1;
-    pen.beginPath();
-    for (let k = -reach; k <= reach; k++) {
-      pen.moveTo(...at(step * k, -step * reach, 0)); pen.lineTo(...at(step * k, step * reach, 0));
-      pen.moveTo(...at(-step * reach, step * k, 0)); pen.lineTo(...at(step * reach, step * k, 0));
-    }
-    pen.stroke();
-  }
-
-  hover(e) {
-    const box = this.canvas.getBoundingClientRect();
-    const found = this.scene.near(this, e.clientX - box.left, e.clientY - box.top);
+  hover(x, y) {
+    const found = this.near?.(x, y);
     this.tip.hidden = !found;
-    this.canvas.style.cursor = found && found.pick ? "pointer" : "grab";
+    this.canvas.style.cursor = found?.pick ? "pointer" : "grab";
     if (!found) return;
     this.tip.textContent = found.text;
-    const x = e.clientX - box.left, right = x > this.width / 2;
-    Object.assign(this.tip.style, { top: `${e.clientY - box.top + 14}px`, left: right ? "auto" : `${x + 10}px`, right: right ? `${this.width - x + 10}px` : "auto" });
+    const right = x > this.width / 2;
+    Object.assign(this.tip.style, { top: `${y + 14}px`, left: right ? "auto" : `${x + 10}px`, right: right ? `${this.width - x + 10}px` : "auto" });
   }
 
-  pick(e) {
-    const box = this.canvas.getBoundingClientRect();
-    const found = this.scene.near(this, e.clientX - box.left, e.clientY - box.top);
-    if (found && found.pick) found.pick();
+  /** Buttons for ways to look. @param views more of them: {name: () => [places, direction]} */
+  buttons(views) {
+    const made = Object.entries(WAYS).map(([name, way]) => button(`from ${name === "above" ? name : `the ${name}`}`, () => this.look(way)));
+    const more = Object.entries(views).map(([name, view]) => button(name, () => { this.frame(...view()); this.remember(); }));
+    return element("span", { class: "buttons", role: "group", "aria-label": "view" }, ...more, ...made);
   }
 }
 
-/** The smallest box round places x, y, z, x, y, z, .. */
-function boxOf(places) {
-  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-  for (let i = 0; i < places.length; i++) {
-    if (places[i] < low[i % 3]) low[i % 3] = places[i];
-    if (places[i] > high[i % 3]) high[i % 3] = places[i];
+/** Whether WebGL is drawn without a graphics card, which is slow with smooth edges. */
+function drawnByProcessor() {
+  const gl = document.createElement("canvas").getContext("webgl2"), known = gl?.getExtension("WEBGL_debug_renderer_info");
+  const name = known ? gl.getParameter(known.UNMASKED_RENDERER_WEBGL) : "";
+  gl?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|software|basic render/i.test(name);
+}
+
+/** Least and largest coordinates of places on the axes of a camera. */
+function extent(places, camera) {
+  const back = camera.quaternion.clone().invert(), low = new THREE.Vector3(Infinity, Infinity, Infinity), high = low.clone().negate(), at = new THREE.Vector3();
+  for (let i = 0; i + 2 < places.length; i += 3) {
+    at.fromArray(places, i).applyQuaternion(back);
+    low.min(at);
+    high.max(at);
   }
   return [low, high];
 }
 
-/** The place of a list that is nearest to a pixel, not farther than so many pixels; -1 where there is none. */
-function nearest(space, places, rows, x, y, reach = 14) {
-  const at = space.projection();
-  let best = -1, least = reach * reach;
-  for (const i of rows) {
-    const [px, py] = at(places[3 * i], places[3 * i + 1], places[3 * i + 2]);
-    const square = (px - x) ** 2 + (py - y) ** 2;
-    if (square < least) { least = square; best = i; }
-  }
-  return best;
-}
-
-/** A button for every way to look, for the tools of a view. */
-function lookButtons(space, boxes) {
-  const ways = { above: [-Math.PI / 2, Math.PI / 2], front: [0, 0], side: [-Math.PI / 2, 0], "3-D": [-0.9, 0.5] };
-  const buttons = Object.entries(ways).map(([name, way]) =>
-    element("button", { type: "button", onclick: () => space.look(...way) }, name === "3-D" ? name : `from ${name === "above" ? name : `the ${name}`}`));
-  const fits = Object.entries(boxes).map(([name, box]) =>
-    element("button", { type: "button", onclick: () => space.frame(typeof box === "function" ? box() : box) }, name));
-  return element("span", { class: "buttons", role: "group", "aria-label": "view" }, ...buttons, ...fits);
+/** A grid of the floor, half a metre wide. */
+function floor(space) {
+  const lines = [], reach = 3;
+  for (let k = -reach; k <= reach; k += 0.5) lines.push(k, -reach, 0, k, reach, 0, -reach, k, 0, reach, k, 0);
+  const made = space.lines(Float32Array.from(lines), { color: "--grid" });
+  made.material.depthTest = true;
+  made.renderOrder = -1;
+  return made;
 }

@@ -25,9 +25,11 @@ WAY = "the stiffness of this arm is not measured: with that of its type {} to {}
 
 
 def sentence_of(path: Path) -> str:
-    """The first sentence of a page or a certificate, without its marks."""
-    (found,) = re.findall(r'<p class="sentence">(.*?)</p>', path.read_text("utf-8"), re.DOTALL)
-    return unescape(re.sub(r"<b.*?</b> |<.*?>", "", found))
+    """The result that a page or a certificate states, without its marks."""
+    found = re.findall(
+        r'<(?:h1|p) class="(?:sentence|more|result)">(.*?)</(?:h1|p)>', path.read_text("utf-8"), re.DOTALL
+    )
+    return unescape(re.sub(r"<b.*?</b> |<.*?>", "", " ".join(found)))
 
 
 @pytest.mark.parametrize("arm", ["type", "fitted", "user"])

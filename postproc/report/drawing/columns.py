@@ -47,13 +47,13 @@ def _column(array: np.ndarray, kind: str) -> dict[str, Any]:
 def chain_of(robot: Robot, T_flange_tcp: Array) -> dict[str, Any]:
     """Return what a page's scripts draw an arm from, by key.
 
-    ``name``, ``link`` and ``axis`` are those of the nominal arm, ``tools`` the different TCPs in the flange [m], and
-    ``tool`` the number of each row's TCP among them.
+    ``name``, ``link`` and ``axis`` are those of the nominal arm, ``tools`` the different tools in the flange (4 x 4)
+    [m], and ``tool`` the number of each row's tool among them.
 
     Args:
         T_flange_tcp: (m, 4, 4) tool of each row.
     """
-    tools, tool = np.unique(T_flange_tcp[:, :3, 3], axis=0, return_inverse=True)
+    tools, tool = np.unique(T_flange_tcp, axis=0, return_inverse=True)
     return {
         "name": robot.name,
         "link": robot.link.tolist(),
