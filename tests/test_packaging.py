@@ -166,12 +166,16 @@ def test_the_script_of_the_action(repository: Path, tmp_path: Path, command: str
     assert done.returncode == code, done.stderr
     assert log.is_file() == (command == "check")
     if command == "check":
-        check_sarif(json.loads(log.read_text()))
+        results = check_sarif(json.loads(log.read_text()))
+        (weld,) = [result for result in results if result["ruleId"] == "weld"]
+        region = weld["locations"][0]["physicalLocation"]["region"]
+        at = (repository / PROGRAM).read_text("latin-1").splitlines()[region["startLine"] - 1]
+        assert "ArcLStart" in at and "expected on the arm: " in weld["message"]["text"] and weld["level"] == "note"
 
 
 def check_sarif(log: dict[str, Any]) -> list[dict[str, Any]]:
     """What the schema of SARIF 2.1.0 requires of the parts that are used; returns the results."""
-    assert log["version"] == "2.1.0" and isinstance(log["runs"], list)
+    assert log["version"] == "2.1.0" and len(log["runs"]) == 1
     results = []
     for one in log["runs"]:
         driver = one["tool"]["driver"]
@@ -186,6 +190,8 @@ def check_sarif(log: dict[str, Any]) -> list[dict[str, Any]]:
                 assert " " not in physical["artifactLocation"]["uri"]
                 assert all(isinstance(value, int) and value >= 1 for value in physical.get("region", {}).values())
         results += one["results"]
+    marks = [result["partialFingerprints"]["wording/v1"] for result in results]
+    assert len(marks) == len(set(marks))
     return results
 
 

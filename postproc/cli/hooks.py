@@ -67,8 +67,9 @@ def _every(name: str, folders: dict[str, Path], words: list[str]) -> int:
             code = max(code, run(build(), [*command, *options, *form]))
         logs += [json.loads(printed.getvalue())] if printed.getvalue() else []
     if logs and log is not None:
-        joined = {**logs[0], "runs": [run_ for one in logs for run_ in one["runs"]]}
-        write(log, json.dumps(joined, indent=1) + "\n")
+        from postproc.report.sarif import merged
+
+        write(log, json.dumps(merged(logs), indent=1) + "\n")
     return code
 
 

@@ -78,7 +78,7 @@ def present(
     """Print a result on stdout, as text or as JSON, and write its page where ``report`` names one.
 
     Args:
-        json: print the document as JSON. form: the same as a word, ``json``, or ``sarif`` for the findings alone.
+        json: print the document as JSON. form: the same as a word, ``json``, or ``sarif`` for findings and welds alone.
         text: with a document on stdout, also print the text on stderr.
         on_stderr: stdout is taken, the text goes there. root: folder at which the paths of findings start.
     """

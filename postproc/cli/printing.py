@@ -116,7 +116,7 @@ def say_next(what: str, *words: object, lead: str = "next") -> None:
 
 
 def print_document(document: Mapping[str, Any], form: str = "json", root: Path = Path()) -> None:
-    """Print a document on stdout as JSON with the version that wrote it, or its findings as SARIF.
+    """Print a document on stdout as JSON with the version that wrote it, or its findings and welds as SARIF.
 
     Args:
         form: ``json`` or ``sarif``.
@@ -124,9 +124,10 @@ def print_document(document: Mapping[str, Any], form: str = "json", root: Path =
     """
     if form == "sarif":
         from postproc.report.sarif import sarif
+        from postproc.results.figures import weld_notes
 
         parts = [document, *document.get("tasks", ())]  # of a batch, also those of its tasks
-        findings = [finding for part in parts for finding in part.get("diagnostics", ())]
+        findings = [finding for part in parts for finding in (*part.get("diagnostics", ()), *weld_notes(part))]
         document = sarif([f if f["path"] is None else {**f, "path": str(root / f["path"])} for f in findings])
     else:
         document = {"schema": document["schema"], "tool": __version__, **document}

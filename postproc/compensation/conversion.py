@@ -172,7 +172,7 @@ class JudgedProgram:
         return () if self.lines == self.unmeasured else self.figures.places
 
     def expected_mm(self, place: PlaceFigures) -> list[float] | None:
-        """The interval of `expected_on_arm_mm` for one place; there e is that of its own worst target."""
+        """The interval of `expected_on_arm_mm` for one place or seam; e is that of the worst target of its kind."""
         if self.scatter is None and self.accuracy is None:
             return None
         shares = (0.0, 0.0) if self.scatter is None else self.scatter.of_estimate

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from postproc import __version__
-from postproc.compensation.conversion import Conversion
+from postproc.compensation.conversion import Conversion, JudgedProgram
 from postproc.compensation.judgement.accuracy import Accuracy, better_figure
+from postproc.compensation.judgement.figures import PlaceFigures
 from postproc.compensation.judgement.seams import Seam
 from postproc.compensation.text.values import StatementOutcome
 from postproc.diagnostics import Diagnostic, Matter
@@ -110,7 +111,7 @@ def conversion_values(conversion: Conversion) -> dict[str, Any]:
         "air_tolerance_mm": _mm(judged.air_tolerance_m),
         "figures": figure_values(judged),
         "scope": judged.options.scope,
-        "welds": [*map(_seam_values, judged.seams)],
+        "welds": [_seam_values(judged, seam) for seam in judged.seams],
         "expected_accuracy": sure,
         **undetermined_values(accuracy.undetermined if accuracy else None),
         "unproved_statements": judged.unproved,
@@ -142,8 +143,9 @@ def _statement_values(outcome: StatementOutcome) -> Values:
     }
 
 
-def _seam_values(seam: Seam) -> Values:
+def _seam_values(judged: JudgedProgram, seam: Seam) -> Values:
     """Return an entry of ``welds`` of the document."""
+    measured = seam.before_mm and seam.after_mm and (seam.before_mm.arc * 1e-3, seam.after_mm.arc * 1e-3)
     first, last = seam.outcomes[0].statement, seam.outcomes[-1].statement
     states = {"before": seam.before_mm, "after": seam.after_mm}
     return {
@@ -159,6 +161,7 @@ def _seam_values(seam: Seam) -> Values:
             for when, of_seam in states.items()
             for part in ("sideways", "stick_out", "along")
         },
+        "expected_on_arm_mm": measured and judged.expected_mm(PlaceFigures("weld", *measured)),
         **attributes(seam, "kept", "added_targets"),
         "left": len(seam.uncorrected),
     }

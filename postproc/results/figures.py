@@ -7,7 +7,7 @@ from typing import Literal
 
 from postproc.compensation.conversion import JudgedProgram
 from postproc.compensation.judgement.figures import Place
-from postproc.numbers import decimals_of, fixed, mm, range_text
+from postproc.numbers import decimals_of, fixed, mm, on_arm_text, range_text
 from postproc.report.blocks import DataTable, Values
 
 Verdict = Literal["kept", "not_kept", "not_shown", "not_measured"]
@@ -110,3 +110,25 @@ def main_figure(values: Values) -> Values | None:
     """
     figures: Sequence[Values] = values.get("figures") or ()
     return figures[0] if figures else None
+
+
+def weld_notes(values: Values) -> list[Values]:
+    """Return what is expected of each weld as notes at the statement where its arc starts, in the form of findings.
+
+    Args:
+        values: a document with ``welds`` and ``tolerance_mm``; without them there are no notes.
+    """
+    notes: list[Values] = []
+    for weld in values.get("welds", ()):
+        digits, where = decimals(values), f"lines {weld['line_from']} to {weld['line_to']}, {weld['length_mm']:g} mm"
+        if weld["before_mm"] is None:
+            expected = "no deviation could be computed"
+        else:
+            before, after = (fixed(weld[key], digits) for key in ("before_mm", "after_mm"))
+            expected = f"{before} mm before, {after} mm after in the model (tolerance {values['tolerance_mm']:g} mm), "
+            expected += f"expected on the arm: {on_arm_text(weld['expected_on_arm_mm'], digits)}"
+        left = f"; {weld['left']} of its statements stay uncorrected" if weld["left"] else ""
+        message = f"weld `{weld['name']}`, {where}: {expected}{left}"
+        place = {"path": weld["path"], "line": weld["line_from"], "column": None}
+        notes.append({"severity": "info", "code": None, "message": message, "help": None, **place})
+    return notes

@@ -23,11 +23,14 @@ PLACE_COLUMNS = ("line", "routine", "instruction", "x", "y", "z [mm]")
 INSPECTION_COLUMNS = (*PLACE_COLUMNS, "tool, load, frame; what is edited", "note", "left alone")
 
 
-def inspection_document(name: str, inspection: Inspection, stated: Mapping[str, str]) -> Document:
+def inspection_document(
+    name: str, inspection: Inspection, stated: Mapping[str, str], converted: Mapping[str, Any] | None = None
+) -> Document:
     """Describe what a program moves, for terminal and page.
 
     Args:
         name: of the program. stated: entries of the document that say which arm it is, and what names it.
+        converted: the document of its conversion with a model of the arm, whose welds are taken over.
     """
     ends = filter(None, (_start(inspection.start), *map(_nearest, inspection.nearest)))
     rows = DataTable("statements", INSPECTION_COLUMNS, [_row(row) for row in inspection.rows], beneath=7, decimals=1)
@@ -38,6 +41,7 @@ def inspection_document(name: str, inspection: Inspection, stated: Mapping[str, 
             **stated,
             "statements": [_values(row) for row in inspection.rows],
             "nearest": [_nearest_values(near) for near in inspection.nearest],
+            **{key: value for key, value in (converted or {}).items() if key in ("welds", "tolerance_mm")},
             "diagnostics": [d.as_json() for d in inspection.diagnostics],
         },
         sentence="" if inspection.rows else "no motion statements",

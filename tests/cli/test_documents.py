@@ -26,6 +26,7 @@ RARE = {
     "effects.fitted[]",
     "expected_on_arm_mm",
     "figures[].expected_on_arm_mm",
+    "welds[].expected_on_arm_mm",
     "mass_factor[]",
     "stiffness_factor[]",
     "missing[].not_separable_from[]",
@@ -84,6 +85,7 @@ def is_one_of(value: Any, types: set[str]) -> bool:
 
 COMMANDS = """
 inspect strange.mod
+inspect samples/corner_arc.mod
 compensate programs/broken.mod
 compensate programs/a.mod --run-time all
 diff programs/a.mod strange.mod

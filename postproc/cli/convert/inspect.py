@@ -35,15 +35,17 @@ def run(
     sources, options, findings = read_task(source, settings)
     with watching(f"reading `{source.path}`", len(source.line_starts)) as watch:
         inspection = inspect_program(sources, arm.robot, options, arm.station)
+        values = None
         if not has_errors(d for d in inspection.diagnostics if d.matter is not Matter.UNFOLLOWABLE):
             converted = correct_program(sources, arm, options, watch)
             inspection = inspection.decided(converted.outcomes, converted.diagnostics)
+            values = converted.report if arm.effects else None
     inspection = replace(inspection, diagnostics=(*findings, *inspection.diagnostics))
     show(named_files(inspection.diagnostics, sources))
     failed = has_errors(inspection.diagnostics)
     form = "json" if json else format
     if form is not None or inspection.rows or not failed:
-        document = inspection_document(Path(source.path).name, inspection, settings.document(arm.robot.name))
+        document = inspection_document(Path(source.path).name, inspection, settings.document(arm.robot.name), values)
         present(document, form=form, on_stderr=not inspection.rows)
     if any(d.matter is Matter.NO_MODULE for d in inspection.diagnostics):
         return BAD_INPUT
