@@ -16,6 +16,8 @@ from typing import Any
 import welding
 from blocks import run_postproc
 
+from postproc.effects.registry import BUILT_IN
+
 DOCS = Path(__file__).resolve().parent
 HULL = ("samples/hull_seam.mod", "--force", "200,-200,-200")
 
@@ -75,6 +77,17 @@ def speed(row: str) -> str:
     return f"{median} {unit}"
 
 
+@cache
+def abb_arms() -> Mapping[str, bool]:
+    """The ABB arms of the library by name, without the misprinted one; whether their kinematics are computed."""
+    with tempfile.TemporaryDirectory() as folder:
+        found = Path(folder) / "robots.json"
+        run_postproc(["robots", "list", "--json"], found)
+        robots = json.loads(found.read_text("utf-8"))["robots"]
+    names = [arm["name"] for arm in robots if arm["name"].startswith("irb") and not arm["name"].endswith("_seed")]
+    return {arm["name"]: not arm["parallelogram"] for arm in robots if arm["name"] in names}
+
+
 MADE: Mapping[str, Callable[[], str]] = {
     "welding": welding.rows,
     "hull-before": lambda: hull("before_mm", 2),
@@ -95,6 +108,11 @@ MADE: Mapping[str, Callable[[], str]] = {
     "ur5-after": lambda: score("ur5_grid", "table/base", 3),
     "speed-start": lambda: speed("`compensate` the small sample, imports too"),
     "speed-targets": lambda: speed("`compensate` 20,000 targets"),
+    "speed-reading": lambda: speed("reading 20,000 targets"),
+    "speed-following": lambda: speed("reading and following 20,000 targets"),
+    "arms": lambda: str(len(abb_arms())),
+    "arms-computed": lambda: str(sum(computed for computed in abb_arms().values())),
+    "effects": lambda: str(len([cls for cls in BUILT_IN if cls.key != "curve"])),  # a curve has no physical name
     "speed-diagnose": lambda: speed("`diagnose` 1,316 rows"),
 }
 """Texts between ``<!-- made: NAME -->`` and ``<!-- end -->``, by name."""

@@ -85,9 +85,9 @@ def test_of_equal_lines_the_last_counts_and_every_part_of_the_page_is_filled(tmp
     path.write_text("\n".join(json.dumps(x) for x in (first, last, {**first, "label": "b"})))
     every = card.read(path)
     assert [x["word"] for x in every] == ["right", "wrong"]
-    text = card.page(every, "a", "b")
+    text = card.page(every, "a")
     assert "{" not in text and "| library | 1 | 1 |" in text and "| 10:1 to 100:1 | 1 | 0.990 | 1.000 |" in text
-    assert "| `b` | 1 | 1 | 0 | 1 | 0 | 1.00 |" in text
+    assert "| `b` | 1 | 1 | 0 | 1 | 0 | 1.00 |" in card.compared(every, "a", "b")
     assert "library: backlash #0" in card.misses([first]) and "library: backlash #0" not in card.misses([last])
 
 

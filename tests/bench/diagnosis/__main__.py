@@ -62,17 +62,19 @@ def main(argv: list[str] | None = None) -> int:
     o.add_argument("--results", type=Path, default=RESULTS)
     o.add_argument("--again", action="store_true", help="run what stands in the results, too")
     o.add_argument("--card", action="store_true", help="only write the page from the results")
-    o.add_argument("--against", default="", help="labels that the page compares with, joined by commas")
+    o.add_argument("--against", default="", help="labels to compare with on the terminal, joined by commas")
     o.add_argument("--rest", default="", help="label whose results stand in the page for sets that were not run")
     a = o.parse_args(argv)
     a.label = a.label or revision()
     if not a.card:
         measured(a)
-    from tests.bench.diagnosis.card import page, read, summary
+    from tests.bench.diagnosis.card import compared, page, read, summary
 
     every = read(a.results)
     if a.card:
-        (ROOT / "docs" / "scorecard.md").write_text(page(every, a.label, a.against, a.rest))
+        (ROOT / "docs" / "scorecard.md").write_text(page(every, a.label, a.rest))
+    elif a.against:
+        print(compared(every, a.label, a.against))
     else:
         print(summary([x for x in every if (x["label"], x["without"], x["method"]) == (a.label, a.without, a.method)]))
     return 0

@@ -288,43 +288,17 @@ def compared(every: Sequence[Line], label: str, against: str) -> str:
     return table(head, rows)
 
 
-def latest(every: Sequence[Line], kinds: Sequence[str] = ("two joints", "bad rows")) -> str:
-    """One row a kind and revision, on the sets that all revisions have run: how many ended in which word."""
-    some = [x for x in every if x["kind"] in kinds and (x["without"], x["method"]) == ("", "postproc")]
-    labels = dict.fromkeys(x["label"] for x in some)
-    ran = [{(x["kind"], x["index"]) for x in some if x["label"] == label} for label in labels]
-    both = set.intersection(*ran) if ran else set()
-    some = [x for x in some if (x["kind"], x["index"]) in both]
-    used = [w for w in WORDS if any(x.get("word") == w for x in some)]
-    rows = []
-    for kind in kinds:
-        for label in labels:
-            count = Counter(x.get("word") for x in some if (x["kind"], x["label"]) == (kind, label))
-            rows.append([kind, f"`{label}`", str(count.total()), *(str(count[w] or "") for w in used)])
-    return table(["kind", "revision", "sets", *used], rows)
-
-
-def page(every: Sequence[Line], label: str, against: str, rest: str = "") -> str:
+def page(every: Sequence[Line], label: str, rest: str = "") -> str:
     """docs/scorecard.md. Args: rest: label whose lines stand for sets that the first one has not run."""
     own, older = (
         [x for x in every if (x["label"], x["without"], x["method"]) == (r, "", "postproc")] for r in (label, rest)
     )
     new = {(x["kind"], x["index"]) for x in own}
-    older = [x | {"set": f"{x['set']}, at `{rest}`"} for x in older if (x["kind"], x["index"]) not in new]
-    count = f"{len(_simulated(own))} simulated sets"
-    if older:
-        some = Counter(x["kind"] for x in _simulated(older))
-        count += f", and at `{rest}`\n{some.total()}: {', '.join(f'{n} of {k}' for k, n in some.items())}"
-    own += older
+    own += [x for x in older if (x["kind"], x["index"]) not in new]
     what = "\n".join(f"- **{k}**: {v}" for k, v in WHAT.items() if any(x["kind"] == k for x in own))
     text = Path(__file__).with_name("card.md").read_text()
-    first = against.split(",")[0]
-    pinned = [x for x in every if (x["label"], x["without"], x["method"]) == (first, "", "postproc")]
-    before = f"`{first}` on {len(_simulated(pinned))} sets:\n\n{verdicts(pinned)}\n\n{figures(pinned)}\n\n{calibration(pinned)}"
     found = {
-        "pinned": before if pinned else "",
-        "label": label,
-        "count": count,
+        "count": f"{len(_simulated(own))} simulated sets",
         "kinds": what,
         "verdicts": verdicts(own),
         "figures": figures(own),
@@ -335,9 +309,7 @@ def page(every: Sequence[Line], label: str, against: str, rest: str = "") -> str
         "octants": octants(own),
         "after_add": after_add(own),
         "baselines": baselines(every, own),
-        "compared": compared(every, label, against),
         "misses": misses(own),
-        "latest": latest(every),
     }
     for name, part in found.items():
         text = text.replace("{" + name + "}", part)
