@@ -12,7 +12,7 @@ from postproc.arrays import GRAVITY, Array
 from postproc.channels.state import State
 from postproc.effects.asking import of_parameters
 from postproc.estimation.linear import solve_positive
-from postproc.estimation.priors import TAIL, UNDETERMINED_SHARE, Prior, lognormal_deviation, prior_at, prior_of
+from postproc.estimation.priors import UNDETERMINED_SHARE, Prior, lognormal_deviation, prior_at, prior_of
 from postproc.estimation.solution import Solution
 from postproc.estimation.solving.step import Name
 from postproc.model.arm import Model
@@ -80,7 +80,7 @@ def posterior_of(fit: Solution, scatter: float) -> Posterior:
 
     With r the whitened residual at x_0, A its columns, s^2 the scatter, x the parameters, m their priors' medians and S
     their deviations, the sum |r - A (x - x_0)|^2 / s^2 + |(x - m) / S|^2 is least; positive parameters count with
-    their logarithms. The covariance is the inverse of half the second derivative there (Laplace). Parameters that the
+    their logarithms, and far values less than their square (`Prior.cost`). The covariance is the inverse of half the second derivative there (Laplace). Parameters that the
     rows do not determine together with the others (`Solution.unknown`) come last: if these are off by x_h, the
     determined ones are off by -(A^T A / s^2 + S^-2)^-1 A^T A_h x_h / s^2. Those that no pose under any load shows are
     omitted: they describe the motion of others in other axes.
@@ -96,16 +96,13 @@ def posterior_of(fit: Solution, scatter: float) -> Posterior:
     names, objective = tuple(names[k] for k in shown), objective.subset(shown)
     mean, prior = objective.minimum(), objective.prior
     covariance, directions = _laplace(objective, mean, count)
-    deviation = np.where(np.isinf(prior.spread), np.inf, prior.deviation())
+    deviation = np.where(np.isinf(prior.spread), np.inf, prior.deviation(mean))
     return Posterior(determined, mean, covariance, names[count:], directions, deviation, prior.source, base)
 
 
 @dataclass(frozen=True)
 class Objective:
-    """The sum (x - x_0)^T G (x - x_0) - 2 b^T (x - x_0) + sum of rho((x - m) / S), least at the likeliest parameters x.
-
-    rho(z) is z^2; of positive parameters, which count with their logarithms, it goes on along its tangent beyond
-    `TAIL`.
+    """The sum (x - x_0)^T G (x - x_0) - 2 b^T (x - x_0) + `Prior.cost`, least at the likeliest parameters x.
 
     Args:
         gram: (p, p) G. pull: (p,) b. start: (p,) x_0. prior: m, S and which parameters are positive.
@@ -152,9 +149,8 @@ class Objective:
 
     def _cost(self, x: Array) -> float:
         """Return the sum at x (p,)."""
-        by, z = x - self.start, self.prior.off(x) / self.prior.spread
-        far = np.where(self.prior.log, np.maximum(np.abs(z) - TAIL, 0.0), 0.0)
-        return float(by @ (self.gram @ by) - 2 * self.pull @ by + np.sum(z**2 - far**2))
+        by = x - self.start
+        return float(by @ (self.gram @ by) - 2 * self.pull @ by) + self.prior.cost(x)
 
 
 def _objective(fit: Solution, names: Sequence[Name], count: int, scatter: float) -> Objective:

@@ -21,7 +21,8 @@ from postproc.model.uncertainty import read_uncertainty
 UNDETERMINED_SHARE = 0.7
 """Share of its prior deviation above which a parameter was not determined: rows have said less than half of it."""
 TAIL = 2.0
-"""Deviations of a logarithm beyond which a prior pulls no harder: an arm may be unlike all others of its type."""
+"""Deviations of a logarithm beyond which a prior pulls no harder, and of an ordinary size beyond which it pulls less the
+farther a value is from null: an arm may be unlike all others of its type, if the rows say so clearly."""
 CHANGED = 0.1
 """Share of its first deviation by which an arm may have changed since an earlier table: zeros move, parts wear."""
 
@@ -33,22 +34,32 @@ class Prior:
     Args:
         value: (q,) median. spread: (q,) standard deviation, of the logarithm where ``log``; inf where nothing is known.
         log: (q,) mask of parameters that are positive, with a normal logarithm: the compliance of a spring.
+        heavy: (q,) mask of amplitudes whose spread is an ordinary size: normal up to `TAIL` spreads, beyond with the
+            density z^-TAIL^2 (that of Student's t with 3 degrees of freedom).
         source: (q,) where value and spread come from.
     """
 
     value: Array
     spread: Array
     log: NDArray[np.bool_]
+    heavy: NDArray[np.bool_]
     source: tuple[str, ...]
 
-    def deviation(self) -> Array:
-        """Return the standard deviation (q,) of the parameters, in their units."""
-        return np.asarray(np.where(self.log, self.value * lognormal_deviation(self.spread), self.spread))
+    def deviation(self, x: Array | None = None) -> Array:
+        """Return the standard deviation (q,) of the parameters, in their units.
+
+        Args:
+            x: (q,) values; beyond `TAIL` ordinary sizes, the deviation of the normal distribution that pulls as much.
+        """
+        spread = np.where(self.log, self.value * lognormal_deviation(self.spread), self.spread)
+        if x is None:
+            return np.asarray(spread)
+        return np.asarray(np.where(self.heavy, np.maximum(spread, np.abs(self.off(x)) / TAIL), spread))
 
     def some(self, index: NDArray[np.int_]) -> Prior:
         """Return the prior of some of the parameters, by their indices."""
         source = tuple(self.source[i] for i in index)
-        return Prior(self.value[index], self.spread[index], self.log[index], source)
+        return Prior(self.value[index], self.spread[index], self.log[index], self.heavy[index], source)
 
     def off(self, x: Array) -> Array:
         """Return how far values (q,) are from the medians, of positive parameters in logarithms."""
@@ -57,9 +68,21 @@ class Prior:
         return np.asarray(result)
 
     def weight(self, x: Array) -> Array:
-        """Return the weights (q,) 1 / S^2 at x (q,), less where a logarithm is more than `TAIL` deviations off."""
+        """Return the weights (q,) 1 / S^2 at x (q,), less beyond `TAIL`: half the slope of `cost` over the distance."""
         share = np.minimum(1.0, TAIL * self.spread / np.maximum(np.abs(self.off(x)), 1e-300))
-        return np.asarray(np.where(self.log & (x > 0), share, 1.0) * self.spread**-2.0)
+        share = np.where(self.log & (x > 0), share, np.where(self.heavy, share**2, 1.0))
+        return np.asarray(share * self.spread**-2.0)
+
+    def cost(self, x: Array) -> float:
+        """Return minus twice the logarithm of the density at x (q,), but for a constant.
+
+        With z the deviations from the median, it is z^2 up to T = `TAIL`; beyond, T (2 z - T) of logarithms and
+        T^2 (1 + 2 ln(z / T)) of amplitudes with an ordinary size.
+        """
+        z = np.abs(self.off(x) / self.spread)
+        far = np.maximum(z, TAIL) / TAIL
+        beyond = np.where(self.log, 2 * far - 1, np.where(self.heavy, 1 + 2 * np.log(far), far**2))
+        return float(np.sum(np.where(z > TAIL, TAIL**2 * beyond, z**2)))
 
 
 def prior_of(effect: Effect, model: Model) -> Prior:
@@ -67,37 +90,37 @@ def prior_of(effect: Effect, model: Model) -> Prior:
 
     What the model states of a parameter counts (`Model.priors`). Else the compliance of a joint is that of the arm's
     file, log-normal within its factor (`stiffness_factors`). Every other amplitude scatters about null by its ordinary
-    size, or by its own value where that is larger: no size is ordinary for all arms, and a heavy part is not made
-    lighter for being rare. What only forms an effect scatters about the value that it has.
+    size, with a heavy tail: no size is ordinary for all arms, and a heavy part is not made lighter for being rare. What
+    only forms an effect scatters about the value that it has.
     """
     size, vector, robot = ordinary_sizes(effect, model.robot), effect.vector(), model.robot
     log = np.full(len(size), effect.role is Role.JOINT_SPRINGS)
+    heavy = effect.amplitudes() & ~log
     if effect.role is Role.JOINT_SPRINGS:
         value = np.array(size if robot.joint_compliance is None else robot.joint_compliance)
         spread = np.log(stiffness_factors(robot)) / NORMAL_95
         source = [f"stiffness of the type {robot.name}, {robot.stiffness_source or 'an ordinary size'}"] * len(size)
     else:
-        value = np.where(effect.amplitudes(), effect.null_vector(), vector)
-        spread = np.where(effect.amplitudes(), np.maximum(size, np.abs(vector - value)), size)
+        value, spread = np.where(effect.amplitudes(), effect.null_vector(), vector), np.array(size)
         source = ["ordinary size"] * len(size)
     names = effect.names() if model.priors else ()
     for i, name in enumerate(names):
         stated = model.priors.get(f"{effect.key}.{name}")
         if stated is not None and (stated.value > 0 or not log[i]):
             share = stated.sigma / stated.value if log[i] else 0.0
-            value[i], source[i] = stated.value, stated.source
+            value[i], source[i], heavy[i] = stated.value, stated.source, False
             spread[i] = np.sqrt(np.log1p(share**2)) if log[i] else stated.sigma
-    return Prior(value, spread, log, tuple(source))
+    return Prior(value, spread, log, heavy, tuple(source))
 
 
 def prior_at(model: Model, effects: Sequence[Effect], names: Sequence[tuple[str, int]]) -> Prior:
     """Return the prior of some parameters, by effect key and index in its vector, of effects on the model's arm."""
     every = {e.key: prior_of(e, model) for e in effects}
-    value, spread, log = (
+    value, spread, log, heavy = (
         np.array([getattr(every[key], part)[i] for key, i in names], dtype=kind)
-        for part, kind in (("value", float), ("spread", float), ("log", bool))
+        for part, kind in (("value", float), ("spread", float), ("log", bool), ("heavy", bool))
     )
-    return Prior(value, spread, log, tuple(every[key].source[i] for key, i in names))
+    return Prior(value, spread, log, heavy, tuple(every[key].source[i] for key, i in names))
 
 
 def with_earlier_fit(model: Model, data: Measurements) -> Model:
