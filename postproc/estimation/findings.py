@@ -8,23 +8,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.diagnostics import Diagnostic, joined
+from postproc.effects.asking import of_parameters
 from postproc.effects.roles import Role
+from postproc.effects.similarity import ordinary_sizes
 from postproc.estimation.fitted import Fit
 from postproc.estimation.posterior import anywhere
+from postproc.estimation.priors import ORDINARY, UNDETERMINED_SHARE, is_placed
 from postproc.estimation.recorded import recorded_model
 from postproc.measure.checks.repeats import Noise, estimate_noise
 from postproc.measure.errors import CHANCE, DOUBTFUL_CHANCE, chance_of_excess, distances
 from postproc.measure.measurements import Measurements
 from postproc.measure.trajectory import is_record
 from postproc.model.arm import Model
-from postproc.model.uncertainty import predict_sigma
+from postproc.model.scatter import NORMAL_95
+from postproc.model.uncertainty import parameter_name, predict_sigma
 from postproc.numbers import mm
 
 SCARCE = 3.0
 """So many times the error where it was measured that elsewhere may be before poses are too few."""
 TOO_LOUD, FEW = 5.0, 20
 """No noise is so many times the residual of a fit with so many degrees of freedom."""
-
+FAR = 4.0
+"""Ordinary sizes beyond which a value that the rows hardly tell from another is said."""
 MOST_ROWS_NAMED = 9
 """Rows that are named after the one that stands out most."""
 
@@ -135,13 +140,14 @@ def outlying_rows(fit: Fit) -> NDArray[np.int_]:
 
 
 def cautions(fit: Fit) -> list[Diagnostic]:
-    """Return what a user should know before relying on a fit: DAT014, 16, 21, 26, 27, 32 and 37."""
+    """Return what a user should know before relying on a fit: DAT014, 16, 21, 26, 27, 32, 37 and 53."""
     return [
         *subsample_findings(fit.data),
         *derived_sides(fit.model, fit.data),
         *_unread(fit),
         *_scarce(fit),
-        *_unphysical(fit),
+        *unphysical(fit),
+        *implausible(fit),
         *impossible_noise(fit),
         *one_path(fit),
     ]
@@ -174,29 +180,58 @@ def _scarce(fit: Fit) -> list[Diagnostic]:
     return [Diagnostic("DAT016", "warning", message, fit.data.source, help=help_)]
 
 
-def _unphysical(fit: Fit) -> list[Diagnostic]:
-    """Return DAT026 where fitted joint compliances are negative by more than their 95 % interval."""
+def unphysical(fit: Fit) -> list[Diagnostic]:
+    """Return DAT026 where the rows alone would make joint compliances negative by more than their 95 % interval."""
     effect = fit.model.in_role(Role.JOINT_SPRINGS)
     if effect is None:
         return []
     # The prior keeps springs positive: what counts is where the rows alone would have them.
-    x, width = effect.vector().copy(), np.full(len(effect.vector()), np.inf)
+    kept = effect.vector()
+    x, sigma = kept.copy(), np.full(len(kept), np.inf)
     step = fit.inverse @ (fit.columns.T @ fit.problem.residual)
     for k, (key, j) in enumerate(fit.parameters):
         if key == effect.key:
             x[j] += step[k]
-            width[j] = 1.96 * np.sqrt(fit.scatter_of_parameters * fit.inverse[k, k])
+            sigma[j] = np.sqrt(fit.scatter_of_parameters * fit.inverse[k, k])
     for j in (i for key, i in fit.at_bound if key == effect.key):
         column = fit.linear.project(fit.problem.slopes(effect, np.arange(len(x)) == j))
         information = float(np.sum(column**2))
         x[j] += float(column[:, 0] @ fit.linear.residual) / max(information, 1e-300)
-        width[j] = 1.96 * np.sqrt(fit.variance / max(information, 1e-300))
-    joints = [str(j + 1) for j in np.flatnonzero(x + width < 0)]
+        sigma[j] = np.sqrt(fit.variance / max(information, 1e-300))
+    joints = np.flatnonzero(x + NORMAL_95 * sigma < 0).tolist()
     if not joints:
         return []
-    which = f"joint {joints[0]}" if len(joints) == 1 else f"joints {', '.join(joints[:-1])} and {joints[-1]}"
-    message = f"the fitted compliance of {which} is negative: no gear yields against its load"
+    alone = joined([f"{1e6 * x[j]:.2g} ± {1e6 * sigma[j]:.1g} (joint {j + 1})" for j in joints])
+    held = joined([f"{1e6 * kept[j]:.2g}" for j in joints])
+    message = f"by the rows alone the compliance would be negative, {alone} \N{MICRO SIGN}rad/(N m): no gear yields "
+    message += f"against its load; the model has {held}"
     help_ = "a load is missing that works against gravity there (balancer, arm load, payload): ask `postproc diagnose`"
-    if len(joints) > 1 and not (x > width).any():
+    if len(joints) > 1 and not (x > NORMAL_95 * sigma).any():
         help_ = "gravity pulls the other way: where the arm hangs, `postproc fit --mounting 180,0,0` says so"
     return [Diagnostic("DAT026", "warning", message, fit.data.source, help=help_)]
+
+
+def implausible(fit: Fit) -> list[Diagnostic]:
+    """Return DAT053 for each amplitude of many ordinary sizes that rows hardly tell from another parameter.
+
+    It is beyond `FAR` ordinary sizes, and its deviation is not clearly below one of them.
+    """
+    after = fit.posterior
+    names = (*after.names, *after.unidentifiable)
+    size = of_parameters(fit.model.effects, names, lambda e: ordinary_sizes(e, fit.model.robot))
+    amplitude = of_parameters(fit.model.effects, names, lambda e: (e.amplitudes() & (not is_placed(e))).astype(float))
+    ordinary = np.array([source == ORDINARY for source in after.sources], dtype=bool) & (amplitude > 0)
+    far = (np.abs(after.mean) > FAR * size) & (after.deviations > UNDETERMINED_SHARE * size)
+    count, covariance = len(after.names), after.directions.T @ after.directions
+    covariance[:count, :count] += after.covariance
+    findings = []
+    for k in np.flatnonzero(ordinary & far).tolist():
+        tied = np.abs(covariance[k]) / np.maximum(after.deviations, 1e-300)
+        tied[k] = -1.0
+        name, other = (parameter_name(fit.model, *names[i]) for i in (k, int(np.argmax(tied))))
+        times = f"{abs(after.mean[k]) / size[k]:.0f} times its ordinary size"
+        message = f"`{name}` is {after.mean[k]:.2g} ± {after.deviations[k]:.1g}, {times}, and the rows hardly tell it "
+        message += f"from `{other}`"
+        help_ = f'state what is known of it under `[priors]` of the model, `"{name}" = [0, {size[k]:.1g}, "shop"]`'
+        findings.append(Diagnostic("DAT053", "warning", message, fit.data.source, help=f"{help_}, and fit again"))
+    return findings

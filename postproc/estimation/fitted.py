@@ -89,8 +89,9 @@ class Fit(Solution):
 
     @property
     def smooth_bound(self) -> float:
-        """Held-out error [m], [rad] of angles, that smooth functions of the channels, without any physics, would reach.
+        """Held-out error [m], [rad] of angles, that smooth functions of the channels reach without any physics.
 
+        It is a comparison, no bound: a law that was searched for may be better.
         `compare`, `diagnose` and `add` all report the bound of the unchanged model fitted to all rows, so that a table
         has one.
         """

@@ -80,10 +80,11 @@ def posterior_of(fit: Solution, scatter: float) -> Posterior:
 
     With r the whitened residual at x_0, A its columns, s^2 the scatter, x the parameters, m their priors' medians and S
     their deviations, the sum |r - A (x - x_0)|^2 / s^2 + |(x - m) / S|^2 is least; positive parameters count with
-    their logarithms, and far values less than their square (`Prior.cost`). The covariance is the inverse of half the second derivative there (Laplace). Parameters that the
-    rows do not determine together with the others (`Solution.unknown`) come last: if these are off by x_h, the
-    determined ones are off by -(A^T A / s^2 + S^-2)^-1 A^T A_h x_h / s^2. Those that no pose under any load shows are
-    omitted: they describe the motion of others in other axes.
+    their logarithms, and values far from m with less than their square (`Prior.cost`). The covariance is the inverse
+    of half the second derivative there (Laplace). Parameters that the rows do not determine together with the others
+    (`Solution.unknown`) come last: if these are off by x_h, the determined ones are off by
+    -(A^T A / s^2 + S^-2)^-1 A^T A_h x_h / s^2. Those that no pose under any
+    load shows are omitted: they describe the motion of others in other axes.
 
     Args:
         scatter: s^2, the factor between (A^T A + penalty^2)^-1 and the covariance of the fitted parameters.

@@ -21,8 +21,10 @@ from postproc.model.uncertainty import read_uncertainty
 UNDETERMINED_SHARE = 0.7
 """Share of its prior deviation above which a parameter was not determined: rows have said less than half of it."""
 TAIL = 2.0
-"""Deviations of a logarithm beyond which a prior pulls no harder, and of an ordinary size beyond which it pulls less the
-farther a value is from null: an arm may be unlike all others of its type, if the rows say so clearly."""
+"""Deviations of a logarithm beyond which a prior pulls no harder, and of an ordinary size beyond which it pulls less
+again: an arm may be unlike all others of its type, if the rows say so clearly."""
+ORDINARY = "ordinary size"
+"""Source of the prior of an amplitude of which nothing else is known."""
 CHANGED = 0.1
 """Share of its first deviation by which an arm may have changed since an earlier table: zeros move, parts wear."""
 
@@ -102,7 +104,7 @@ def prior_of(effect: Effect, model: Model) -> Prior:
         source = [f"stiffness of the type {robot.name}, {robot.stiffness_source or 'an ordinary size'}"] * len(size)
     else:
         value, spread = np.where(effect.amplitudes(), effect.null_vector(), vector), np.array(size)
-        source = ["ordinary size"] * len(size)
+        source = [ORDINARY] * len(size)
     names = effect.names() if model.priors else ()
     for i, name in enumerate(names):
         stated = model.priors.get(f"{effect.key}.{name}")

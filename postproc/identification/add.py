@@ -79,7 +79,7 @@ class Addition:
     Args:
         ladder: base, then one step for each effect; the last one holds the fit.
         without: the final fit with one effect left out, by key.
-        floor: noise per axis [m], or the bound that any function reaches where the noise is not known.
+        floor: noise per axis [m], or what smooth functions reach without physics where the noise is not known.
     """
 
     ladder: tuple[Step, ...]

@@ -13,6 +13,7 @@ from postproc.estimation.findings import data_findings
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.solving.rounding import with_judged_rounding
+from postproc.estimation.solving.settle import settled
 from postproc.identification.curves.families import curve_forms
 from postproc.identification.diagnosis import Diagnosis, Verdict, lacks_fit, too_few
 from postproc.identification.forecast import Forecast
@@ -81,8 +82,10 @@ def _diagnosed(
     forecast.last("all of it on all rows", ANEW if searched.curves else 0)
     named = searched.with_curves(())
     final = named.fit if start is base else refit_all(base, named.fit, named.keys)
-    missing = _validated(named.missing, final)
     exceeds_noise = lacks_fit(final)
+    # What is reported is what `fit` and `add` write: with what was known before the rows.
+    last = settled(final)
+    missing = _validated(named.missing, final, last)
     curves = tuple(c.curve for c in searched.curves if c.curve is not None)
     # A few numbers for each parameter follow anything.
     remaining = () if too_few(base) and not missing else _remaining(named, curves, bool(exceeds_noise))
@@ -92,9 +95,9 @@ def _diagnosed(
     in_model = {e.key for e in (*final.model.effects, *base.model.effects)}
     return Diagnosis(
         verdict=verdict,
-        base=base,
-        final=final,
-        model=with_regions(searched.fit, named.fit, searched=len(curves)) if curves else final,
+        base=last if final is base else settled(base),
+        final=last,
+        model=with_regions(settled(searched.fit), named.fit, searched=len(curves)) if curves else last,
         screened=start,
         searched=named.fit,
         missing=missing,
@@ -104,23 +107,23 @@ def _diagnosed(
         remaining=remaining,
         further=curves[1:] if remaining else (),
         exceeds_noise=exceeds_noise,
-        floor=final.parts.level,
+        floor=last.parts.level,
         bound=base.smooth_bound,
-        diagnostics=(*base.data.diagnostics, *data_findings(final)),
+        diagnostics=(*base.data.diagnostics, *data_findings(last)),
     )
 
 
-def _validated(missing: Sequence[Candidate], final: Fit) -> tuple[Candidate, ...]:
+def _validated(missing: Sequence[Candidate], final: Fit, last: Fit) -> tuple[Candidate, ...]:
     """Return the missing effects, each with the held-out rms of the fit with it and those before it (`without`).
 
     Args:
         missing: in the order in which they were added; final: the fit with all of them, which also gives their final
-            labels.
+            labels; last: the same, settled.
     """
     effects = [(final.model.effect(c.key), c) for c in missing]
     labelled = [replace(c, label=e.label) if e is not None and e.label else c for e, c in effects]
-    fits = [without(final, [c.key for c in missing[k:]]) for k in range(1, len(missing))]
-    return tuple(replace(c, held_out_after=fit.held_out_rms) for c, fit in zip(labelled, [*fits, final], strict=False))
+    fits = [settled(without(final, [c.key for c in missing[k:]])) for k in range(1, len(missing))]
+    return tuple(replace(c, held_out_after=fit.held_out_rms) for c, fit in zip(labelled, [*fits, last], strict=False))
 
 
 def _remaining(named: SearchState, curves: Sequence[Suspect], exceeds_noise: bool) -> tuple[Suspect, ...]:

@@ -87,15 +87,15 @@ class Diagnosis:
     """What a model lacks on measurements, with the fits behind it.
 
     Args:
-        base: the model as it came, fitted again; final: with the missing effects.
+        base: the model as it came, fitted again; final: with the missing effects; both settled with their priors.
         model: the fit that gives the parameters of what is missing: final, or with the curves that remain.
         screened, searched: base and final on the rows that were searched, every k-th pose of many.
         missing: effects in the order of selection; candidates: every effect of the library on the base, best first.
         untestable: effects whose channels the data lacks, with the reason; blind: those that it could not have shown.
         remaining: curves that the remaining structure follows; further: others, once the first is in the model.
         exceeds_noise: whether more remains than the noise, None where the noise is not known.
-        floor: noise per axis [m], None where it is not known; bound: held-out rms that any smooth function of the
-            channels reaches [m].
+        floor: noise per axis [m], None where it is not known; bound: held-out rms that smooth functions of the
+            channels reach without physics [m].
     """
 
     verdict: Verdict

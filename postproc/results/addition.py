@@ -18,6 +18,7 @@ from postproc.report.drawing.residuals import channel_sections
 from postproc.report.drawing.steps import Rung, distance_chart, steps_data
 from postproc.results.comparison import workspace_section
 from postproc.results.fit import error_values, fit_values, known_of, laws_in_symbols, parameter_table
+from postproc.results.wording import SMOOTH_FUNCTIONS
 
 HARDLY_ANY = 0.05
 """Share of the way to the floor that must be gone to be called more than hardly any: chance goes a few percent."""
@@ -54,8 +55,8 @@ def addition_document(name: str, addition: Addition) -> Document:
         if unnamed:
             return Bar(label, 1e3 * error.rms)
         note = f"{1e3 * error.rms:.3f} {kind.unit} in the fit"
-        if share is not None:
-            note += f", {100 * share:.0f} % of the way to {'the noise' if noise else 'that bound'}"
+        if share is not None and noise:
+            note += f", {100 * share:.0f} % of the way to the noise"
         return Bar(label, 1e3 * error.held_out_rms, note)
 
     ladder = [bar(step.name if k else BASE_LABEL, step.fit, step.share) for k, step in enumerate(addition.ladder)]
@@ -70,7 +71,7 @@ def addition_document(name: str, addition: Addition) -> Document:
         figures=[
             Figure("error before", mm(before), "before", kind.unit),
             Figure("error after", mm(after), "after", kind.unit),
-            Figure("noise" if noise else "any smooth function", floor, unit=kind.unit),
+            Figure("noise" if noise else SMOOTH_FUNCTIONS, floor, unit=kind.unit),
         ],
         sections=[
             Section(f"The error step by step, {each} on {rows}", [Columns([bars, distances], [View("laws")])], FALL),
@@ -101,8 +102,9 @@ def addition_sentence(addition: Addition) -> str:
     fit, (first, last) = addition.fit, (1e3 * x for x in _falls(addition))
     each = f"{fit.observed.unit} per {fit.observed.each}"
     known = fit.parts.level is not None
-    bound = "the noise is" if known else "any smooth function of the channels would leave"
-    floor = f"{bound} {1e3 * addition.floor:.3f} {fit.observed.unit}"
+    floor = f"the noise is {1e3 * addition.floor:.3f} {fit.observed.unit}"
+    if not known:
+        floor = f"{SMOOTH_FUNCTIONS}, without physics, leave {1e3 * addition.floor:.3f} {fit.observed.unit}"
     names = " and ".join(f"`{s.name.removeprefix('+ ')}`" for s in addition.ladder[1:])
     if fit.unnamed and fit.regions is None:
         return (

@@ -16,7 +16,7 @@ from postproc.report.drawing.laws import law_charts, laws_of
 from postproc.report.drawing.residuals import channel_sections
 from postproc.report.drawing.steps import Rung, distance_chart, steps_data
 from postproc.results.fit import excluded_rows, noise_values
-from postproc.results.wording import ANY_FUNCTION
+from postproc.results.wording import SMOOTH_FUNCTIONS
 
 IN_SPACE = (
     "Beside it the channels that stand out. Points: each pose, less the mean; red: means with their standard errors; "
@@ -45,7 +45,7 @@ def comparison_document(name: str, comparison: Comparison) -> Document:
     worst_poses = DataTable("worst poses", worst_columns, worst, range(min(WORST, len(worst))), view="worst")
     followed = DataTable("shares", ("channel", "at", "explains"), follows, range(min(FOLLOWED, len(follows))))
     error, bound = values[kind.key("rms")], values[kind.key("bound")]
-    bars = Bars([Bar("this model", error), Bar(ANY_FUNCTION, bound)], noise, ANY_FUNCTION, kind.unit)
+    bars = Bars([Bar("this model", error), Bar(SMOOTH_FUNCTIONS, bound)], noise, SMOOTH_FUNCTIONS, kind.unit)
     distances = Chart(lambda: [distance_chart(fit, noise, held_out=False)])
     laws = Chart(lambda: law_charts(laws_of(fit, [e.key for e in fit.model.effects])), 320)
     many = [f"{d.message[0].upper()}{d.message[1:]}." for d in subsample_findings(fit.data)]

@@ -11,6 +11,7 @@ import numpy as np
 from postproc.channels.units import shown, unit_of
 from postproc.diagnostics import joined
 from postproc.effects.registry import BUILT_IN
+from postproc.estimation.findings import unphysical
 from postproc.estimation.solving.smooth import effective_parameters
 from postproc.grouping import grouped
 from postproc.identification.diagnosis import Diagnosis, law_of_suspect
@@ -23,9 +24,9 @@ from postproc.report.drawing.residuals import channel_sections, suspect_chart
 from postproc.report.drawing.steps import Rung, distance_chart, steps_data
 from postproc.results.addition import BASE_LABEL
 from postproc.results.comparison import workspace_section
-from postproc.results.fit import effect_values, noise_values, parameter_table, undetermined_sentences
+from postproc.results.fit import effect_values, noise_values, parameter_table, sentence_of, undetermined_sentences
 from postproc.results.sentences import MOST_RIVALS_NAMED, doubts, headline, title
-from postproc.results.wording import ANY_FUNCTION, p_text, percent, place
+from postproc.results.wording import SMOOTH_FUNCTIONS, p_text, percent, place
 
 IN_REGIONS = "in parts of the joint space left out, searched anew"
 TELLING_CHANCE = 0.05
@@ -37,7 +38,7 @@ FEWEST, MOST = 3, 8
 LIBRARY = frozenset(cls.key for cls in BUILT_IN)
 BLIND = "This data could not have shown (`postproc effects show KEY` says what to measure)"
 NOISE = "The dashed line is the noise: no model can be expected below it. "
-GREY_NOTE = "Grey: what a smooth function of all channels, without physics, reaches."
+GREY_NOTE = "Grey: what smooth functions of all recorded columns reach without physics, for comparison."
 REMAINING_NOTE = (
     "Of what the final model leaves above the noise; strongest first. The chart shows the first without the share that "
     "the fitted parameters have taken on. `postproc add` adds it as a `curve`."
@@ -77,7 +78,9 @@ def diagnosis_document(name: str, d: Diagnosis) -> Document:
         ],
         sections=[
             _ladder(d, values, steps),
-            Section("Also to know", [*doubts(d), *undetermined_sentences(d.model)]),
+            Section(
+                "Also to know", [*doubts(d), *undetermined_sentences(d.model), *map(sentence_of, unphysical(d.model))]
+            ),
             _missing_section(d),
             Section("What remains follows", [strongest, suspect_table(d.remaining), *law], REMAINING_NOTE),
             *workspace_section(kind.name, "Where it is off", program=bool(d.missing)),
@@ -206,8 +209,8 @@ def _ladder(d: Diagnosis, values: Values, steps: Any) -> Section:
     if d.regions is not None:
         note = f"{IN_REGIONS}; without it {1e3 * rms(d.regions.before):.3f}"
         rungs.append(Bar("+ what was found, without a name", 1e3 * rms(d.regions.after), note))
-    rungs.append(Bar(ANY_FUNCTION, 1e3 * d.bound))
-    bars = Bars(rungs, floor, ANY_FUNCTION, kind.unit, names if len(names) > 1 else ())
+    rungs.append(Bar(SMOOTH_FUNCTIONS, 1e3 * d.bound))
+    bars = Bars(rungs, floor, SMOOTH_FUNCTIONS, kind.unit, names if len(names) > 1 else ())
 
     distances = Chart(lambda: [distance_chart(d.final, floor, held_out=True)])
 

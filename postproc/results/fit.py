@@ -7,6 +7,7 @@ from itertools import chain
 
 import numpy as np
 
+from postproc.diagnostics import Diagnostic
 from postproc.effects.roles import Role
 from postproc.estimation.findings import MOST_ROWS_NAMED, cautions
 from postproc.estimation.fitted import Fit
@@ -64,11 +65,15 @@ def laws_in_symbols(fit: Fit) -> list[str]:
 
 def known_of(fit: Fit) -> list[str]:
     """Return sentences on undetermined parameters, rows left out, and what to know before relying on the fit."""
-    words = (f"{d.message[0].upper()}{d.message[1:]}; {d.help}." for d in cautions(fit))
-    lines = [*undetermined_sentences(fit), *excluded_rows(fit), *words]
+    lines = [*undetermined_sentences(fit), *excluded_rows(fit), *map(sentence_of, cautions(fit))]
     if (shares := expected_remaining(fit)) is None:
         return lines
     return [REMAINING.format(*map(percent_range, chain(*shares))), *lines]
+
+
+def sentence_of(finding: Diagnostic) -> str:
+    """Return a finding as one sentence: its message and what to do."""
+    return f"{finding.message[0].upper()}{finding.message[1:]}; {finding.help}."
 
 
 def undetermined_sentences(fit: Fit) -> list[str]:
@@ -79,7 +84,9 @@ def undetermined_sentences(fit: Fit) -> list[str]:
         sources = dict(zip((*fit.posterior.names, *fit.posterior.unidentifiable), fit.posterior.sources, strict=True))
         by_source = grouped((sources[name], shown[name]) for name in open_ if name in shown)
         for source, texts in by_source.items():
-            lines.append(f"The rows say little of {'; of '.join(texts)}. What stood before them is kept ({source})")
+            lines.append(
+                f"The rows say little of {'; of '.join(texts)}, drawn towards what was known before ({source})"
+            )
     fixed = [name for name in not_identifiable(fit) if name not in open_]
     kinds = (("Not determined by this data and held", fixed), ("Stopped at a bound", fit.at_bound))
     lines += [f"{what}: {parameters_text(fit, which)}" for what, which in kinds if which]

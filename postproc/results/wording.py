@@ -17,7 +17,7 @@ from postproc.grouping import grouped as by_key
 if TYPE_CHECKING:
     from postproc.estimation.fitted import Fit  # a conversion words no fit
 
-ANY_FUNCTION = "any smooth function of the channels"
+SMOOTH_FUNCTIONS = "smooth functions of all columns"
 SINGLY = 48  # parameters of one effect that are told one by one
 BODIES = 7  # an array with one entry for each body counts them from the pedestal, 0
 

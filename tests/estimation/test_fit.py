@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -208,8 +209,8 @@ def test_a_joint_that_yields_against_its_load_is_named():
     odd, usual = (base_fit(cell(*kind, seed=961)[0]) for kind in ([LITTLE], []))
     bound = base_fit(cell(MUCH, seed=963, poses=60)[0])
     (found,) = (d for d in cautions(odd) if d.code == "DAT026")
-    assert "joint 2 is negative" in found.message and "joint 2 is negative" in text_of(odd)
-    assert ("joint_compliance", 1) in bound.at_bound and codes(cautions(bound)) == ["DAT026"]
+    assert re.search(r"negative, -.* \(joint 2\)", found.message) and found.message[1:] in text_of(odd)
+    assert ("joint_compliance", 1) in bound.at_bound and "DAT026" in codes(cautions(bound))
     assert "DAT026" not in codes(cautions(usual))
 
 

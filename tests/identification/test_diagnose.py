@@ -294,7 +294,7 @@ def test_adding_prints_the_ladder_down_to_the_floor():
     assert np.mean(np.abs(found.position - true.position) < 1.96 * found.sigma[:, None]) > 0.85
     one = single(data)
     text = text_of(add_effects(base_fit(one).model, one, ["backlash"]))
-    assert "any smooth function of the channels would leave" in text and "floor" not in text
+    assert "smooth functions of all columns, without physics, leave" in text and "floor" not in text
 
 
 def test_comparing_shows_where_the_residual_lives():

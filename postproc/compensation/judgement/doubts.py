@@ -8,6 +8,7 @@ from math import ceil
 
 import numpy as np
 
+from postproc.channels.state import State
 from postproc.compensation.correction.rigid_shift import RigidShift
 from postproc.compensation.options import Options
 from postproc.compensation.path.motion import Motion
@@ -16,6 +17,8 @@ from postproc.diagnostics import Diagnostic, Severity, Source, joined
 from postproc.model.arm import Model
 from postproc.model.doubts import flange_mass
 from postproc.model.equilibrium import predict
+from postproc.model.uncertainty import derivatives, parameter_name, read_uncertainty
+from postproc.model.undetermined import full_covariance
 from postproc.motion.findings import at_move, place
 from postproc.motion.timing.jerk_limited import LimitReport, check_limits, join_reports
 from postproc.motion.values import Move
@@ -27,6 +30,7 @@ DOUBTFUL_M = 0.01  # [m]: most arms are off by less, calibrated or not
 PENDANT = 2  # decimals [mm] with which a pendant stores a position; zeros at the end are left out
 FEWEST_TARGETS = 3  # different targets: of one or two that is chance
 LIMIT_KINDS = ("speed", "acceleration", "jerk")
+UNSURE = 0.2  # share of a parameter's value that its deviation is, from which the rows hardly tell it
 _LONGER = 1.002  # factor on the cycle time worth a word
 _SLOW = 3600.0  # [s] that no single motion is meant to take
 
@@ -67,12 +71,36 @@ def doubt_corrections(model: Model, plan: CorrectionPlan) -> list[Diagnostic]:
     text = (
         f"the model moves this target by {1e3 * moved[worst]:.1f} mm, most of it by `{key}` ({1e3 * alone[key]:.1f} mm)"
     )
-    help_ = "look at the numbers of this effect (rad, m, kg) and at the loads of the program"
+    unsure = _unsure_parameter(model, key, state)
+    help_ = unsure or "look at the numbers of this effect (rad, m, kg) and at the loads of the program"
     if severity == "error":
         text += f"; more than {1e3 * allowed:g} mm is not written"
         help_ += f"; if it is meant, `--largest-correction {ceil(1e3 * moved[worst])}`"
     finding = at_move(plan.motion.moves[worst], "CMP015", severity, text, help_)
     return [replace(finding, length_mm=1e3 * float(moved[worst]))]
+
+
+def _unsure_parameter(model: Model, key: str, state: State) -> str:
+    """Return what to do about the parameter of an effect that moves the TCP most, if its fit left it open; else "".
+
+    Args:
+        key: of the effect; state: one row.
+    """
+    known, effect = read_uncertainty(model), model.effect(key)
+    some = [] if known is None else [k for k, name in enumerate((*known.parameters, *known.held)) if name[0] == key]
+    if known is None or effect is None or not some:
+        return ""
+    names, x = [(*known.parameters, *known.held)[k] for k in some], effect.vector()
+    moved = np.linalg.norm(derivatives(model, state, names)[0][0] * x[[i for _, i in names]], axis=0)
+    most = int(np.argmax(moved))
+    value, sigma = x[names[most][1]], float(np.sqrt(full_covariance(known)[some[most], some[most]]))
+    if sigma < UNSURE * abs(value):
+        return ""
+    name = parameter_name(model, *names[most])
+    return (
+        f"`{name}` is {value:.2g} ± {sigma:.1g}: the rows of the fit hardly tell it; state what is known of it under "
+        f"`[priors]` of the model, and fit again with `postproc add MODEL {key}`"
+    )
 
 
 def doubt_drawn(shifts: Sequence[RigidShift], moves: Sequence[Move], options: Options) -> list[Diagnostic]:
