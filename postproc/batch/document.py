@@ -6,22 +6,21 @@ from collections.abc import Mapping, Sequence
 from urllib.parse import quote
 
 from postproc import __version__
-from postproc.batch.values import MEASURED, ON_ARM, Batch, Shard, TaskOutcome
-from postproc.compensation.judgement.accuracy import better_figure
+from postproc.batch.values import ON_ARM, Batch, Shard, TaskOutcome
+from postproc.compensation.judgement.accuracy import remaining_deflection
 from postproc.diagnostics import Finding, Matter
 from postproc.grouping import grouped
-from postproc.numbers import on_arm_text
+from postproc.numbers import fixed, on_arm_text, range_text
 from postproc.report.blocks import DataTable, Document, Figure, Scene, Section, Values, View, attributes
 from postproc.results.conversion import CORRECTED, made_section, unknown_accuracy
-from postproc.results.figures import main_figure
+from postproc.results.figures import decimals, main_figure
 
 MOST_SHOWN = 40
 """Programs that a terminal prints where not all are asked for."""
-BEFORE, AFTER = MEASURED
 UNPROVED = "corrected statements that also run where they cannot be followed; what remains there is in no figure"
 FINDING = ("program", "line", "severity", "code", "what", "what to do")
 COLUMNS = (
-    *("program", "result", "on the arm", "before [mm]", "after, in the model [mm]", "added", "on the controller"),
+    *("program", "result", "on the arm [mm]", "before", "in the model", "tolerance", "added", "on the controller"),
     *("left", "unproved", "cycle [s]", "warnings"),
 )
 
@@ -44,15 +43,17 @@ def batch_document(
     # Failed tasks first, then by falling deviation that is expected, over the tolerance.
     tasks = sorted(batch.outcomes, key=lambda task: (task.status != "failed", -_remains(task) / _tolerance(task)))
     count = batch.counts
+    digits = max((decimals(task.figures) for task in tasks if main_figure(task.figures)), default=3)
     findings = [(task.task.name, finding) for task in tasks for finding in task.findings]
     errors = [_finding_row(name, finding) for name, finding in findings if finding.severity == "error"]
     errors += [_finding_row("", finding) for finding in batch.findings]
     # A terminal has shown those of tasks as each was done.
     error_table = DataTable("errors", FINDING, errors, range(len(errors) - len(batch.findings), len(errors)))
     # Before and after, where a line or an arc could be measured.
-    measured = [task for task in tasks if AFTER in task.figures]
+    shown = [(task, figure) for task in tasks if (figure := main_figure(task.figures))]
+    measured = [task for task, _ in shown]
     worst = max(measured, key=_remains, default=None)
-    before, after = ([float(task.figures[key]) for task in measured] for key in MEASURED)
+    before, after = ([float(figure[key]) for _, figure in shown] for key in ("before_mm", "after_mm"))
     lent = [(name, finding.message) for name, finding in findings if finding.matter is Matter.READ_ALONG]
     along = DataTable("read along", ("program", "what"), lent, range(min(MOST_SHOWN, len(lent))))
     return Document(
@@ -63,9 +64,9 @@ def batch_document(
             Figure("programs corrected", count["compensated"]),
             Figure("failed", count["failed"] or None),
             Figure("nothing to correct", count["unchanged"] or None),
-            Figure("worst on the arm", worst and on_arm_text(worst.figures.get(ON_ARM))),
-            Figure("worst before", max(before, default=None), "before"),
-            Figure("worst after", max(after, default=None), "after"),
+            Figure("worst on the arm", worst and _on_arm(worst)),
+            Figure("worst before", max(before, default=None), "before", decimals=digits),
+            Figure("worst after", max(after, default=None), "after", decimals=digits),
             Figure("targets added", sum(task.figures["added_targets"] for task in measured)),
             Figure("beyond the tolerance somewhere", count["beyond_tolerance"] or None),
             Figure("done before", count["cached"] or None),
@@ -74,7 +75,7 @@ def batch_document(
         basis=_caveat(measured),
         sections=[
             Section("Errors", [error_table]),
-            _every_program(tasks, pages or {}),
+            _every_program(tasks, pages or {}, digits),
             Section("Read along", [along]),
             _warnings([(name, finding) for name, finding in findings if finding.severity == "warning"]),
             made_section(made or {}),
@@ -152,14 +153,16 @@ def _sentence(count: Mapping[str, int], worst: TaskOutcome | None, figures: Sequ
     text += f"; {failed} failed and {'has' if failed == 1 else 'have'} no output" if failed else ""
     if worst is None:
         return f"{text}."
-    text += f"; the worst is `{worst.task.name}`: expected on the arm {on_arm_text(worst.figures.get(ON_ARM))}"
-    better = better_figure({**worst.arm, **worst.figures})
-    return f"{text}, {worst.figures[AFTER]:.3f} mm in the model{better and '; '}{better}."
+    after = fixed(_after(worst), decimals(worst.figures))
+    worst_text = f"The worst is `{worst.task.name}`: {_on_arm(worst)} on the arm, {after} mm in the model."
+    stiffness, advice = remaining_deflection({**worst.arm, **worst.figures})
+    further = [f"{stiffness[0].upper()}{stiffness[1:]}.", f"{advice[0].upper()}{advice[1:]}"] if stiffness else []
+    return "\n".join([f"{text}.", worst_text, *further])
 
 
 def _remains(task: TaskOutcome) -> float:
     """Return the deviation [mm] by which a task is ordered: what is expected on the arm, else what the model leaves."""
-    return float(max(task.figures.get(ON_ARM, ()), default=task.figures.get(AFTER, 0.0)))
+    return float(max(task.figures.get(ON_ARM, ()), default=_after(task)))
 
 
 def _tolerance(task: TaskOutcome) -> float:
@@ -167,11 +170,22 @@ def _tolerance(task: TaskOutcome) -> float:
     return float((main_figure(task.figures) or {}).get("tolerance_mm") or 1.0)
 
 
-def _every_program(tasks: Sequence[TaskOutcome], pages: Mapping[str, str]) -> Section:
+def _after(task: TaskOutcome) -> float:
+    """Return the deviation [mm] that remains in the model in the place that counts most; 0 where none was measured."""
+    figure = main_figure(task.figures)
+    return float(figure["after_mm"]) if figure else 0.0
+
+
+def _on_arm(task: TaskOutcome) -> str:
+    """Return what is expected on the arm as text."""
+    return on_arm_text(task.figures.get(ON_ARM), decimals(task.figures))
+
+
+def _every_program(tasks: Sequence[TaskOutcome], pages: Mapping[str, str], digits: int) -> Section:
     """Return the section with a row for each task.
 
     Args:
-        pages: path of the page of each task by name.
+        pages: path of the page of each task by name. digits: decimals of lengths.
     """
     note = "Failures first, then the largest deviations that are expected on the arm, over the tolerance."
     note += " A click on a program opens its page." if pages else ""
@@ -180,8 +194,9 @@ def _every_program(tasks: Sequence[TaskOutcome], pages: Mapping[str, str]) -> Se
     paths = [pages.get(task.task.name, "").encode("utf-8", "surrogateescape") for task in tasks]
     # In an address `a b#1.html` must be a file and not a place in one.
     links = (0, [quote(path, safe="/") if path else None for path in paths]) if pages else None
-    brief = range(min(MOST_SHOWN, len(tasks)))
-    table = DataTable("programs", COLUMNS, [_row(task) for task in tasks], brief, links, view="table")
+    rows, brief = [_row(task) for task in tasks], range(min(MOST_SHOWN, len(tasks)))
+    number = (*[None] * 3, *[digits] * 3, *[None] * 4, 1, None)
+    table = DataTable("programs", COLUMNS, rows, brief, links, view="table", decimals=number)
     drawn = [View("legend")] if any(_drawn(task.figures) for task in tasks) else []
     return Section("Every program", [*drawn, table], note)
 
@@ -193,8 +208,10 @@ def _row(outcome: TaskOutcome) -> tuple[object, ...]:
     result = outcome.status + (", as before" if outcome.cached else "")
     status, unproved = figures.get("statements", {}), figures.get("unproved_statements") or None
     counts = (status.get("run_time") or None, status.get("skipped"), unproved)
-    known = (*(figures.get(key) for key in (BEFORE, AFTER, "added_targets")), *counts, figures.get("cycle_time_s"))
-    on_arm = on_arm_text(figures.get(ON_ARM)) if AFTER in figures else None
+    figure = main_figure(figures) or {}
+    lengths = (figure.get(f"{key}_mm") for key in ("before", "after", "tolerance"))
+    known = (*lengths, figures.get("added_targets"), *counts, figures.get("cycle_time_s"))
+    on_arm = range_text(figures.get(ON_ARM), decimals(figures)) if figure else None
     return (outcome.task.name, result, on_arm, *known, warnings or None)
 
 
@@ -219,4 +236,5 @@ def _warnings(warnings: Sequence[tuple[str, Finding]]) -> Section:
         name, worst = max(same, key=lambda one: one[1].length_mm)
         rows.append((len(same), len({program for program, _ in same}), *_finding_row(name, worst)))
     note = "One of each kind, with the largest figure that it tells; the JSON document of the batch has all of them."
-    return Section("Warnings", [DataTable("warnings", ("how many", "programs", *FINDING), rows)], note)
+    table = DataTable("warnings", ("how many", "programs", *FINDING), rows, beneath=6, tones=["warning"] * len(rows))
+    return Section("Warnings", [table], note)

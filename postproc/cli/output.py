@@ -8,9 +8,10 @@ from os.path import isfile  # unlike Path.is_file it takes any text for a name
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from postproc.cli.printing import VERBOSE, print_document, put, say
+from postproc.cli.printing import VERBOSE, print_document, print_lines
 from postproc.diagnostics import PostprocError, visible
 from postproc.files import check_writes, read_source, real, why, write_atomically
+from postproc.report.terminal import render_lines
 
 if TYPE_CHECKING:
     from postproc.model.arm import Model
@@ -90,10 +91,8 @@ def present(
     if form is not None:
         print_document(document.values, form, root)
     if text or form is None:
-        from postproc.report.terminal import render_text
-
-        if shown := render_text(document, VERBOSE.get()):
-            (say if form is not None or on_stderr else put)(shown)
+        stream = sys.stderr if form is not None or on_stderr else sys.stdout
+        print_lines(render_lines(document, VERBOSE.get()), stream)
 
 
 def write_together(files: Sequence[tuple[Path | None, bytes]]) -> None:

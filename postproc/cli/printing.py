@@ -16,8 +16,9 @@ from postproc import __version__
 from postproc.diagnostics import Diagnostic, visible
 from postproc.excerpt import wrapped
 from postproc.report.blocks import plain
+from postproc.report.terminal import Line
 
-COLORS = {"error": "\x1b[1;31m", "warning": "\x1b[1;33m", "info": "\x1b[1;36m"}
+COLORS = {"error": "\x1b[1;31m", "warning": "\x1b[1;33m", "info": "\x1b[1;36m", "good": "\x1b[1;32m"}
 RESET = "\x1b[0m"
 STDIN = "<stdin>"  # what `-` on the command line is called
 MOST_SHOWN = {"error": 10, "warning": 3, "info": 3}
@@ -40,7 +41,7 @@ def show(diagnostics: Iterable[Diagnostic]) -> None:
         group = groups.setdefault((d.code, d.severity, re.sub("`[^`]*`", "", wording)), {})
         group.setdefault((d.place, d.span, wording) if d.span else d.message, d)
     width = width_of(sys.stderr)
-    colored = sys.stderr.isatty() and not os.environ.get("NO_COLOR")
+    colored = _takes_colors(sys.stderr)
     for (code, severity, _), group in groups.items():
         findings = list(group.values())
         most = len(findings) if VERBOSE.get() else MOST_SHOWN[severity]
@@ -66,6 +67,20 @@ def _colored(text: str, finding: Diagnostic) -> str:
     color, head = COLORS[finding.severity], len(finding.severity) + len(finding.code) + 2
     carets = re.sub(r"(?m)^( +\| *)(\^+)$", rf"\g<1>{color}\g<2>{RESET}", text[head:], count=1)
     return f"{color}{text[:head]}{RESET}{carets}"
+
+
+def _takes_colors(stream: TextIO) -> bool:
+    """Return whether a stream is a terminal that may be given colours (https://no-color.org)."""
+    return stream.isatty() and not os.environ.get("NO_COLOR")
+
+
+def print_lines(lines: Iterable[Line], stream: TextIO) -> None:
+    """Print the lines of a document, wrapped and without control characters, in the colour of what they say."""
+    colored = _takes_colors(stream)
+    for tone, line in lines:
+        text = _fitted(line, stream)
+        text = f"{COLORS[tone]}{text}{RESET}" if tone and colored else text
+        print_stderr(text) if stream is sys.stderr else print(text, file=stream)
 
 
 def width_of(stream: TextIO) -> int | None:

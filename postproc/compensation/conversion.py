@@ -20,7 +20,7 @@ from postproc.diagnostics import Diagnostic, has_errors
 from postproc.model.arm import Model
 from postproc.model.scatter import Scatter
 from postproc.motion.timing.jerk_limited import LimitReport
-from postproc.numbers import mm
+from postproc.numbers import decimals_of, mm
 from postproc.rapid.data.events import MotionEvent, StatementKey
 from postproc.rapid.program.program import Program
 from postproc.rapid.syntax.spans import Edit
@@ -180,6 +180,25 @@ class JudgedProgram:
         if self.accuracy is not None:
             errors = self.accuracy.interval if place.place in ("weld", "path") else self.accuracy.interval_in_air
         return [mm(hypot(place.after, s * place.before, e), 3) for s, e in zip(shares, errors, strict=True)]
+
+    @property
+    def decimals(self) -> int:
+        """Decimals of lengths in millimetres, from the tolerance."""
+        return decimals_of(mm(self.options.tolerance_m, 5))
+
+    def figure_values(self) -> list[dict[str, Any]]:
+        """The entries of ``figures`` of the ``postproc/compensate/1`` document, the place that counts most first."""
+        return [
+            {
+                "place": place.place,
+                "before_mm": mm(place.before, 5),
+                "after_mm": mm(place.after, 5),
+                "tolerance_mm": None if place.tolerance is None else mm(place.tolerance, 5),
+                "expected_on_arm_mm": self.expected_mm(place),
+                "line": place.line,
+            }
+            for place in self.places
+        ]
 
     def remaining_values(self) -> dict[str, list[float] | None]:
         """The entries of documents on the share of the deflection that is expected to remain."""

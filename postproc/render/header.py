@@ -9,11 +9,12 @@ from jinja2.sandbox import SandboxedEnvironment
 
 from postproc import __version__
 from postproc.compensation.conversion import Draft, JudgedProgram
-from postproc.compensation.judgement.accuracy import better_figure
+from postproc.compensation.judgement.accuracy import remaining_deflection
+from postproc.compensation.judgement.figures import CLAUSES, COLUMNS, LABELS
 from postproc.compensation.options import Options
 from postproc.diagnostics import Source
 from postproc.model.arm import Model
-from postproc.numbers import mm, on_arm_text
+from postproc.numbers import fixed, on_arm_text, range_text
 from postproc.rapid.syntax.spans import Edit
 from postproc.render.module import render_text
 from postproc.render.templates import environment, fill, load_template
@@ -42,16 +43,9 @@ def render_outputs(
 
 
 def header_values(model: Model, judged: JudgedProgram) -> dict[str, Any]:
-    """The values for the template ``header.j2``.
-
-    Errors in transients and transitions are empty if they are within the tolerance.
-    """
-    options, figures = judged.options, judged.figures
-    tolerance = mm(options.tolerance_m, 5)
-    beyond = {
-        f"{name}_mm": _mm(size) if mm(size, 5) > tolerance else ""
-        for name, size in (("transient", figures.transient), ("transition", figures.transition))
-    }
+    """The values for the template ``header.j2``; those named ``figures`` are lines of text."""
+    options, digits = judged.options, judged.decimals
+    stiffness = remaining_deflection({"robot": model.robot.name, **judged.remaining_values()})
     return {
         "version": __version__,
         "robot": model.robot.name,
@@ -59,13 +53,10 @@ def header_values(model: Model, judged: JudgedProgram) -> dict[str, Any]:
         "wrench": _wrench_text(options),
         "already": ", ".join(options.already),
         "taught": ", ".join(dict.fromkeys(shift.wobj for shift in judged.shifts if shift.omitted)),
-        "before_mm": _mm(figures.before),
-        "after_mm": _mm(figures.after),
-        "arc_before_mm": _mm(figures.arc_before),
-        "arc_mm": _mm(figures.arc),
-        **beyond,
-        "on_arm": on_arm_text(judged.expected_on_arm_mm),
-        "stiffness": better_figure({"robot": model.robot.name, **judged.remaining_values()}),
+        "figures": _figure_lines(judged),
+        "where": CLAUSES[judged.places[0].place] if judged.places else "",
+        "on_arm": on_arm_text(judged.expected_on_arm_mm, digits),
+        "stiffness": [line for line in stiffness if line],
         "added": judged.added,
         "left": judged.uncorrected,
         "run_time": judged.run_time,
@@ -75,9 +66,17 @@ def header_values(model: Model, judged: JudgedProgram) -> dict[str, Any]:
     }
 
 
-def _mm(value: float | None) -> str:
-    """Metres as millimetres with three decimals; empty for None."""
-    return "" if value is None else f"{mm(value, 5):.3f}"
+def _figure_lines(judged: JudgedProgram) -> list[str]:
+    """The table of figures as aligned lines; none where nothing could be measured."""
+    digits, rows = judged.decimals, [list(COLUMNS)] if judged.places else []
+    for row in judged.figure_values():
+        lengths = [fixed(row[f"{key}_mm"], digits) for key in ("before", "after", "tolerance")]
+        rows.append([LABELS[row["place"]], *lengths, range_text(row["expected_on_arm_mm"], digits)])
+    first, *others, last = (max(map(len, column)) for column in zip(*rows, strict=True)) if rows else (0, 0)
+    return [
+        "  ".join([row[0].ljust(first), *map(str.rjust, row[1:-1], others), row[-1].ljust(last)]).rstrip()
+        for row in rows
+    ]
 
 
 def _wrench_text(options: Options) -> str:

@@ -5,8 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
+from postproc.numbers import fixed
+
+Tone = Literal["", "good", "info", "warning", "error"]
+"""What a line says: nothing, a success, or a finding of that severity."""
 Values = Mapping[str, Any]
 """What ``--json`` prints, or a part of it: plain values by key."""
 
@@ -16,13 +20,14 @@ class Figure:
     """A figure that stands large on a page; a terminal leaves out what the sentence of the document says already.
 
     Args:
-        value: floats are shown with three decimals, None is not. kind: ``before`` or ``after``, which have colours.
+        value: floats are shown with ``decimals``, None is not. kind: ``before`` or ``after``, which have colours.
     """
 
     label: str
     value: object
     kind: str = ""
     unit: str = "mm"
+    decimals: int = 3
 
     @property
     def text(self) -> str:
@@ -31,8 +36,8 @@ class Figure:
 
     @property
     def head(self) -> str:
-        """The value as text without its unit; floats with three decimals."""
-        return f"{self.value:.3f}" if isinstance(self.value, float) else str(self.value)
+        """The value as text without its unit."""
+        return fixed(self.value, self.decimals) if isinstance(self.value, float) else str(self.value)
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +49,9 @@ class DataTable:
         links: a column, and for each row the address to which its cell leads on a page.
         view: name of a view of the scene in which a page draws the same rows; empty for a plain table.
         beneath: columns from here on stand on lines of their own below their row in a terminal.
-        decimals: of the numbers in a terminal; None for as many as the size of the largest number of a column allows.
+        decimals: of the numbers, for all columns or for each; None for as many as the size of the largest number of a
+            column allows.
+        tones: what each row says, which is its colour in a terminal; empty for none.
     """
 
     label: str
@@ -54,7 +61,12 @@ class DataTable:
     links: tuple[int, Sequence[str | None]] | None = None
     view: str = ""
     beneath: int | None = None
-    decimals: int | None = None
+    decimals: int | Sequence[int | None] | None = None
+    tones: Sequence[Tone] = ()
+
+    def decimals_of(self, k: int) -> int | None:
+        """Return the decimals of column k, None where its numbers decide."""
+        return self.decimals if self.decimals is None or isinstance(self.decimals, int) else self.decimals[k]
 
     @property
     def shown(self) -> list[int]:
@@ -161,13 +173,19 @@ class Document:
 
     Args:
         title: the command and what it was asked of. values: what ``--json`` prints (docs/documents.md).
-        sentence: what the result is. figures: at most a few that matter. basis: what the result rests on.
+        sentence: what the result is; further ones follow on lines of their own. tone: what it says.
+        figures: at most a few that matter. basis: what the result rests on.
+        table: of all figures, which a terminal shows above the sentence, in place of figures and basis.
+        note: what belongs to the table, on a line below it.
         scene: what scripts of its page draw; None for a page without.
     """
 
     title: str
     values: Values = field(repr=False)
     sentence: str
+    tone: Tone = ""
+    table: DataTable | None = None
+    note: str = ""
     figures: Sequence[Figure] = ()
     basis: str = ""
     sections: Sequence[Section] = ()

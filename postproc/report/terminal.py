@@ -5,33 +5,57 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from postproc.report.blocks import Bars, Block, Columns, DataTable, Document, is_number
+from postproc.report.blocks import Bars, Block, Columns, DataTable, Document, Tone, is_number
+
+Line = tuple[Tone, str]
+"""What a line says, and its text."""
 
 DIGITS = 4
 """Significant digits of the largest number of a column."""
 
 
 def render_text(document: Document, every: bool = False) -> str:
-    """Render a document as lines of text.
+    """Render a document as text.
 
     Args:
         every: print all rows of all tables.
     """
-    words = document.sentence
-    known = [figure for figure in document.figures if figure.value is not None]
-    figures = [f"{f.label} {f.text}" for f in known if isinstance(f.value, int) or f.head not in words]
-    lines = [*filter(None, (words, ", ".join(figures), document.basis))]
+    return "\n".join(text for _, text in render_lines(document, every))
+
+
+def render_lines(document: Document, every: bool = False) -> Iterator[Line]:
+    """Yield the lines of a document, each with what it says.
+
+    Args:
+        every: print all rows of all tables.
+    """
+    if document.table is not None:
+        yield from _table(document.table, every)
+        if document.note:
+            yield "", f"  {document.note}"
+        if document.sentence:
+            yield "", ""
+    for i, text in enumerate(document.sentence.split("\n") if document.sentence else ()):
+        yield "" if i else document.tone, text
+    if document.table is None:
+        words = document.sentence
+        known = [figure for figure in document.figures if figure.value is not None]
+        figures = [f"{f.label} {f.text}" for f in known if isinstance(f.value, int) or f.head not in words]
+        for text in filter(None, (", ".join(figures), document.basis)):
+            yield "", text
     for section in document.sections:
-        inside: list[str] = []
+        inside: list[Line] = []
         for block in section.blocks:
             drawn = list(_lines(block, every))
-            inside += ["", *drawn] if inside and drawn and isinstance(block, DataTable) else drawn
+            inside += [("", ""), *drawn] if inside and drawn and isinstance(block, DataTable) else drawn
         if inside:
-            lines += [*(["", f"{section.title}:"] if section.title else []), *inside]
-    return "\n".join(lines)
+            if section.title:
+                yield "", ""
+                yield "", f"{section.title}:"
+            yield from inside
 
 
-def _lines(block: Block, every: bool) -> Iterator[str]:
+def _lines(block: Block, every: bool) -> Iterator[Line]:
     """Yield the lines of a block; charts and views have none.
 
     Args:
@@ -39,7 +63,7 @@ def _lines(block: Block, every: bool) -> Iterator[str]:
     """
     match block:
         case str(text):
-            yield text
+            yield "", text
         case DataTable():
             yield from _table(block, every)
         case Bars():
@@ -47,13 +71,13 @@ def _lines(block: Block, every: bool) -> Iterator[str]:
             width = max(len(name) for name, *_ in rows)
             for name, value, note in rows:
                 shown = "unknown" if value is None else f"{value:.3f}"
-                yield f"  {name:{width}}  {shown:>8}   {note}".rstrip()
+                yield "", f"  {name:{width}}  {shown:>8}   {note}".rstrip()
         case Columns(first, second):
             for inside in (*first, *second):
                 yield from _lines(inside, every)
 
 
-def _table(block: DataTable, every: bool) -> Iterator[str]:
+def _table(block: DataTable, every: bool) -> Iterator[Line]:
     """Yield the lines of a table, and how many rows are left out.
 
     Args:
@@ -66,12 +90,12 @@ def _table(block: DataTable, every: bool) -> Iterator[str]:
     cells = [_column(block, k, chosen) for k in block.shown if k < end]
     for i, row in enumerate(zip(*cells, strict=True)):
         if i or any(block.columns[:end]):
-            yield f"  {'  '.join(row)}".rstrip()
+            yield block.tones[chosen[i - 1]] if i and block.tones else "", f"  {'  '.join(row)}".rstrip()
         for k in range(end, len(block.columns)) if i else ():
             if text := _text(block.rows[chosen[i - 1]][k], ""):
-                yield f"{'':7}{block.columns[k]}{': ' * bool(block.columns[k])}{text}"
+                yield "", f"{'':7}{block.columns[k]}{': ' * bool(block.columns[k])}{text}"
     if len(chosen) < len(block.rows):
-        yield f"  {len(block.rows) - len(chosen)} more; `--verbose` shows them"
+        yield "", f"  {len(block.rows) - len(chosen)} more; `--verbose` shows them"
 
 
 def _column(block: DataTable, k: int, chosen: Sequence[int]) -> list[str]:
@@ -83,7 +107,7 @@ def _column(block: DataTable, k: int, chosen: Sequence[int]) -> list[str]:
     cells = [row[k] for row in block.rows]
     right = all(c is None or is_number(c) for c in cells)
     largest = max((abs(c) for c in cells if isinstance(c, float) and math.isfinite(c)), default=0.0) or 1.0
-    decimals = block.decimals
+    decimals = block.decimals_of(k)
     if decimals is None:
         decimals = min(max(DIGITS - 1 - math.floor(math.log10(largest)), 0), DIGITS)
     texts = [block.columns[k], *(_text(cells[i], f"z.{decimals}f" if right else f".{DIGITS}g") for i in chosen)]

@@ -7,13 +7,14 @@ from enum import Enum
 from hashlib import sha256
 
 from postproc.compensation.conversion import Conversion
-from postproc.compensation.judgement.accuracy import better_figure
+from postproc.compensation.judgement.figures import CLAUSES
 from postproc.diagnostics import Source
 from postproc.identification.compare import Comparison
-from postproc.numbers import on_arm_text
+from postproc.numbers import fixed, range_text
 from postproc.report.blocks import DataTable, Document, Figure, Section, Values, plain
 from postproc.results.comparison import comparison_document, iso_figures
-from postproc.results.conversion import main_figures
+from postproc.results.conclusion import conclusion
+from postproc.results.figures import decimals, verdict
 from postproc.results.provenance import compared_rows, hashes, issued, rows_of_fit, versions
 
 COMPUTED = (
@@ -37,6 +38,11 @@ class Verdict(Enum):
     NOT_SHOWN = "That the tolerance is kept on the arm is not shown; in the model it is."
 
 
+VERDICTS = {"kept": Verdict.KEPT, "not_shown": Verdict.NOT_SHOWN}
+VERDICTS |= dict.fromkeys(("not_kept", "not_measured"), Verdict.NOT_KEPT)
+"""The verdict of a certificate by that of a document."""
+
+
 def program_certificate(
     name: str, conversion: Conversion, made: Mapping[str, str] | None = None, files: Sequence[Source] = ()
 ) -> Document:
@@ -56,60 +62,37 @@ def program_certificate(
     if conversion.plan is None:
         sentence = NOT_SAFE if conversion.module is None else RUN_TIME_ONLY
         return _certificate(title, Verdict.NOT_KEPT, sentence, document, facts)
-    tolerance, air = document["tolerance_mm"], document["air_tolerance_mm"]
+    tolerance, digits = document["tolerance_mm"], decimals(document)
     words = {True: "kept", False: "not kept"}
     seams: list[Row] = []
     for seam in document["welds"]:  # one that was not measured, or of which something was left, keeps no tolerance
-        after = seam["after_mm"]
-        keeps = after is not None and after <= tolerance and not seam["left"]
         lines, length = f"{seam['line_from']} to {seam['line_to']}", f"{seam['length_mm']:.0f}"
-        fell = _fall(seam["before_mm"], after)
-        seams.append((seam["name"], lines, length, *fell, f"{tolerance:g}", seam["left"], words[keeps]))
-    keeping = [row[-1] == words[True] for row in seams]
-    along = (document["max_error_before_mm"], document["max_error_after_mm"])
-    limit = air if seams else tolerance
-    near = along[1] <= limit
-    path: list[Row] = [("largest deviation along lines and arcs", *_fall(*along), f"{limit:g}", words[near])]
-    for key, what in (("max_transient_mm", "while the speed changes"), ("max_transition_mm", "where the load changes")):
-        path.append((what, "", f"{document[key]:.3f}", "", ""))
+        fell = _fall(seam["before_mm"], seam["after_mm"], digits)
+        result = words[seam["kept"] and not seam["left"]]
+        seams.append((seam["name"], lines, length, *fell, f"{tolerance:g}", seam["left"], result))
+    path: list[Row] = []
+    for row in document["figures"]:
+        asked, fell = row["tolerance_mm"], _fall(row["before_mm"], row["after_mm"], digits)
+        required = ("", "") if asked is None else (f"{asked:g}", words[row["after_mm"] <= asked])
+        expected = range_text(row["expected_on_arm_mm"], digits)
+        path.append((CLAUSES[row["place"]], *fell, expected, *required))
     if drawn := document["from_programmed_path"]:
         what = "from the path in the program's numbers, as its work object was taught"
-        path.append((what, *_fall(drawn["before_mm"], drawn["after_mm"]), "", ""))
-    columns = ("", "before [mm]", "after [mm]", "required [mm]", "result")
-    parts = [_part("Path accuracy, after ISO 9283, in the model", columns, path)]
+        path.append((what, *_fall(drawn["before_mm"], drawn["after_mm"], digits), "", "", ""))
+    columns = ("", "before [mm]", "after, in the model [mm]", "expected on the arm [mm]", "required [mm]", "result")
+    parts = [_part("Path accuracy, after ISO 9283, across the path", columns, path)]
     if seams:
         of_seam = ("seam", "lines", "length [mm]", "before [mm]", "after [mm]", "required [mm]", "left", "result")
-        parts.insert(0, _part("Seams, while the arc burns", of_seam, seams))
+        parts.insert(0, _part("Seams, while the arc burns, in the model", of_seam, seams))
     table = {} if conversion.model is None else conversion.model.fit
     parts.append(_part(KIND, KIND_COLUMNS, _kinds(document, rows_of_fit(table))))
     parts += [_part(MODEL_RESTS_ON, ("what", "with"), rows) for rows in [rows_of_fit(table)] if rows]
-    kept = all(keeping or [near]) and not document["unproved_statements"]
     facts += [("arm", document["robot"]), *made.items()]
-    sentence = f"{sum(keeping)} of {len(seams)} seams keep {tolerance:g} mm."
-    if not seams:
-        sentence = f"{along[1]:.3f} mm of deviation remain along lines and arcs, {tolerance:g} mm are allowed."
-    verdict, sure = _on_the_arm(document, kept)
-    expected = on_arm_text(document["expected_on_arm_mm"])
-    text = f"Expected on the arm {main_figures(document)[2]}: {expected}. In the model: {sentence} {sure}"
-    return _certificate(title, verdict, text, document, facts, *parts)
-
-
-def _on_the_arm(document: Values, kept: bool) -> tuple[Verdict, str]:
-    """Return whether the real arm keeps its tolerance, and how sure the model is.
-
-    It is kept there if the model was fitted, and the upper end of what is expected on the arm is within the tolerance.
-
-    Args:
-        document: that of the conversion. kept: the tolerance is kept in the model.
-    """
-    known, verdict = document["expected_accuracy"], Verdict.NOT_SHOWN if kept else Verdict.NOT_KEPT
-    if known is None:
-        better = better_figure(document)
-        return verdict, f"The model was not fitted to measurements of this arm{better and ': '}{better}."
-    expected = document["expected_on_arm_mm"]  # None where nothing could be measured
-    if kept and expected is not None and expected[1] <= document["tolerance_mm"]:
-        verdict = Verdict.KEPT
-    return verdict, f"The fitted model itself is sure to {known['within_95_percent_mm']:.3f} mm (95 %)."
+    _, sentences = conclusion(conversion)
+    if seams:
+        kept = sum(row[-1] == words[True] for row in seams)
+        sentences.insert(1, f"In the model {kept} of {len(seams)} seams keep {tolerance:g} mm.")
+    return _certificate(title, VERDICTS[verdict(document)], " ".join(sentences), document, facts, *parts)
 
 
 def _kinds(document: Values, fitted: Sequence[Row]) -> list[Row]:
@@ -203,7 +186,7 @@ def _digests(conversion: Conversion) -> list[tuple[str, str]]:
     return rows
 
 
-def _fall(before: float | None, after: float | None) -> tuple[str, str]:
+def _fall(before: float | None, after: float | None, digits: int) -> tuple[str, str]:
     """Return the deviations [mm] before and after correction as texts; None becomes "not measured"."""
-    first, last = ("not measured" if value is None else f"{value:.3f}" for value in (before, after))
+    first, last = (fixed(value, digits) or "not measured" for value in (before, after))
     return first, last

@@ -2,35 +2,26 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
-import numpy as np
-
 from postproc import __version__
 from postproc.compensation.conversion import Conversion, JudgedProgram
-from postproc.compensation.judgement.accuracy import Accuracy, better_figure
-from postproc.compensation.judgement.figures import PlaceFigures
+from postproc.compensation.judgement.figures import CLAUSES, PlaceFigures
 from postproc.compensation.judgement.seams import Seam
 from postproc.compensation.text.values import StatementOutcome
-from postproc.diagnostics import Diagnostic, Matter
-from postproc.effects.registry import effect_library
-from postproc.model.undetermined import PULLING_POSES, Undetermined
+from postproc.model.undetermined import Undetermined
 from postproc.numbers import mm, on_arm_text
-from postproc.report.blocks import DataTable, Document, Figure, Scene, Section, Values, View, attributes
+from postproc.report.blocks import DataTable, Document, Figure, Scene, Section, Tone, Values, View, attributes
 from postproc.report.drawing.path import path_data
-from postproc.results.figures import figure_values, verdict
-from postproc.results.wording import in_words, readable, with_sigma
-from postproc.results.work_objects import from_programmed_path, rigid_shift_values, work_object_section
+from postproc.results.conclusion import CORRECTED as CORRECTED
+from postproc.results.conclusion import conclusion, outcome_note
+from postproc.results.conclusion import unknown_accuracy as unknown_accuracy
+from postproc.results.figures import decimals, figure_table, main_figure, verdict
+from postproc.results.work_objects import rigid_shift_values, work_object_section
 
 CONVERSION_SCHEMA = "postproc/compensate/1"
-ACROSS = (
-    "Distance of the real torch from the line or arc of each statement, measured across it at and between targets; at "
-    "targets the tables also count what points along it. Shaded: the arc burns; green: the tolerance. Drag to zoom, "
-    "double-click to see all, click to choose a place."
-)
 IN_SPACE_NOTE = (
     "Pick a seam, a statement, a line of the program or a place in a picture: all of them show the same place."
 )
@@ -39,16 +30,14 @@ JOINTS_NOTE = "Torques of a rigid arm, under its own weight and the loads."
 FINDING_COLUMNS = ("line", "severity", "code", "what", "what to do")
 FINDING_KEYS = ("line", "severity", "code", "message", "help")
 STATEMENT = ("line", "routine", "instruction", "status", "reason")
-MATTERING_SHARE = 0.3
-"""Share of the stated distance above which what no row has told is said."""
-LEAST_M = 5e-5  # of the distance that is said
-LONG_S = 7200.0  # from here on hours are told
 DEVIATIONS = {"error_before": "before", "error_after": "after", "arc_error_before": "arc_before"}
 DEVIATIONS |= {"arc_error_after": "arc"} | {key: key for key in ("transition", "transient", "joint_move")}
 """Largest deviations of a document by the attributes of `PathFigures`."""
-CORRECTED = ("compensated", "run_time")  # status of statements that are corrected
-SEAM = {"name": "seam", "line_from": "from line", "line_to": "to line", "length_mm": "length [mm]"}
-SEAM |= {"before_mm": "before [mm]", "after_mm": "after [mm]", "added_targets": "added", "left": "left"}
+SEAM = ("seam", "lines", "length", "runs", "before", "after", "along before", "along after", "added", "left")
+ALONG_NOTE = (
+    "The largest deviation that the arc sees, sideways and along the stick-out; along the seam, at its targets. Once a "
+    "seam goes on, what lies along it is not seen: it counts where the seam begins and ends."
+)
 
 
 def conversion_document(name: str, conversion: Conversion, made: Mapping[str, str] | None = None) -> Document:
@@ -58,11 +47,11 @@ def conversion_document(name: str, conversion: Conversion, made: Mapping[str, st
         name: of the program. made: what it was converted with (model, loads, options) as label and text.
     """
     values, moved = conversion.report, conversion.plan is not None
-    findings, seams, statements = (
+    findings, statements = (
         [[row[key] for key in keys] for row in values.get(name, ())]
-        for name, keys in (("diagnostics", FINDING_KEYS), ("welds", SEAM), ("statements", STATEMENT))
+        for name, keys in (("diagnostics", FINDING_KEYS), ("statements", STATEMENT))
     )
-    of_seams = DataTable("seams", list(SEAM.values()), seams, view="seams")
+    tone, lines = conclusion(conversion)
     shown = "statements" if moved else ""  # a page shows them beside its picture of the path
     run_time = {key: value for key, value in (values.get("run_time") or {}).items() if value is not None}
     checked = [(key.removesuffix("_mm").replace("_", " "), value) for key, value in run_time.items()]
@@ -70,11 +59,14 @@ def conversion_document(name: str, conversion: Conversion, made: Mapping[str, st
     return Document(
         title=f"postproc compensate {name}",
         values=values,
-        sentence=_sentence(conversion),
+        sentence="\n".join(lines),
+        tone=tone,
+        table=figure_table(values) if moved else None,
+        note=outcome_note(values) if moved else "",
         figures=_figures(values) if moved else (),
-        basis=_basis(conversion, made or {}) if moved else "",
+        basis=_basis(values, made or {}) if moved else "",
         sections=[
-            Section("Seam by seam", [of_seams], "The largest deviation while the arc burns."),
+            Section("Seam by seam [mm]", [_seam_table(values)], ALONG_NOTE),
             Section("Program", [View("text")] if moved else [], IN_SPACE_NOTE),
             work_object_section(values),
             Section("Every motion statement", [DataTable("statements", STATEMENT, statements, (), view=shown)]),
@@ -109,7 +101,7 @@ def conversion_values(conversion: Conversion) -> dict[str, Any]:
         **{f"max_{key}_mm": _mm(getattr(figures, name)) for key, name in DEVIATIONS.items()},
         "tolerance_mm": _mm(judged.options.tolerance_m),
         "air_tolerance_mm": _mm(judged.air_tolerance_m),
-        "figures": figure_values(judged),
+        "figures": judged.figure_values(),
         "scope": judged.options.scope,
         "welds": [_seam_values(judged, seam) for seam in judged.seams],
         "expected_accuracy": sure,
@@ -177,6 +169,31 @@ def _lengths(keys: Sequence[str], values: Sequence[float]) -> dict[str, Any]:
     return dict(zip(keys, map(_mm, values), strict=True))
 
 
+def _seam_table(values: Values) -> DataTable:
+    """Return the table of seams, for terminal and page; those that do not keep the tolerance are warnings.
+
+    Args:
+        values: the document of the conversion.
+    """
+    seams, digits = values.get("welds", ()), decimals(values)
+    keys = ("before_mm", "after_mm", "along_before_mm", "along_after_mm")
+    rows = [
+        (
+            seam["name"],
+            f"{seam['line_from']}-{seam['line_to']}",
+            seam["length_mm"] or None,
+            seam["runs"] if seam["runs"] > 1 else None,
+            *(seam[key] for key in keys),
+            seam["added_targets"] or None,
+            seam["left"] or None,
+        )
+        for seam in seams
+    ]
+    tones: list[Tone] = ["" if seam["kept"] and not seam["left"] else "warning" for seam in seams]
+    number = (None, None, 0, None, *(digits for _ in keys), None, None)
+    return DataTable("seams", SEAM, rows, view="seams", decimals=number, tones=tones)
+
+
 def made_section(made: Mapping[str, str]) -> Section:
     """Return the folded section that says with what a result was made, and by which version.
 
@@ -188,139 +205,34 @@ def made_section(made: Mapping[str, str]) -> Section:
 
 
 def _figures(values: Values) -> list[Figure]:
-    """Return four figures: deviation expected on the arm, before and after in the model, and statements by status.
+    """Return three figures: deviation expected on the arm, before, and after in the model; none without a measured one.
 
     Args:
         values: the document of the conversion.
     """
-    before, after, where = main_figures(values) if values["measured_statements"] else (None, None, "")
-    words = {"compensated": "corrected", "run_time": "at run time", "unchanged": "unchanged"}
-    counts = Counter(row["status"] for row in values["statements"])
-    statuses = [f"{counts[status]} {word}" for status, word in words.items() if counts[status]]
+    figure, digits = main_figure(values), decimals(values)
+    if figure is None:
+        return []
+    where = CLAUSES[figure["place"]]
     return [
-        Figure(f"expected on the arm, {where}", on_arm_text(values["expected_on_arm_mm"]) if where else None),
-        Figure(f"before, {where}", before, "before"),
-        Figure(f"after in the model, {where}", after, "after"),
-        Figure("motion statements", ", ".join([*statuses, f"{counts['skipped']} left"])),
+        Figure(f"expected on the arm, {where}", on_arm_text(figure["expected_on_arm_mm"], digits)),
+        Figure(f"before, {where}", figure["before_mm"], "before", decimals=digits),
+        Figure(f"after in the model, {where}", figure["after_mm"], "after", decimals=digits),
     ]
 
 
-def _basis(conversion: Conversion, made: Mapping[str, str]) -> str:
-    """Say what the result rests on: arm, tolerances, scope, added targets, cycle time and known accuracy.
+def _basis(values: Values, made: Mapping[str, str]) -> str:
+    """Say what the result rests on: arm, model, tolerances and scope; then what became of the statements.
 
     Args:
         made: what the program was converted with (model, loads, options) as label and text.
     """
-    values = conversion.report
-    known = values["expected_accuracy"]
-    sure = unknown_accuracy(conversion.diagnostics, values["expected_remaining_fraction"] is not None)
-    if known:
-        sure = f"the fitted model itself is sure to {known['within_95_percent_mm']:.3f} mm (95 %)"
-    air = "with moves in the air {max_error_after_mm:.3f} mm of {max_error_before_mm:.3f} mm remain"
-    seconds = values["cycle_time_s"]
     parts = [
         f"Arm `{values['robot']}`" + (f", {made['model']}" if "model" in made else ""),
         f"tolerance {values['tolerance_mm']:g} mm, {values['air_tolerance_mm']:g} mm in the air",
         f"scope {values['scope']}",
-        f"{values['added_targets']} target{'s' * (values['added_targets'] != 1)} added",
-        *_confdata(values),
-        "cycle time " + (f"{seconds:.1f} s" if seconds < LONG_S else f"{seconds / 3600:.1f} h"),
-        *([air.format(**values)] if values["max_arc_error_after_mm"] is not None else []),
-        sure,
     ]
-    accuracy = None if conversion.judged is None else conversion.judged.accuracy
-    return "; ".join(parts) + "." + ("" if accuracy is None else undetermined_text(accuracy))
-
-
-def _confdata(values: Values) -> list[str]:
-    """Return a phrase on the statements whose confdata was changed, none if there are no such statements.
-
-    Args:
-        values: the document of the conversion.
-    """
-    lines = [str(row["line"]) for row in values["statements"] if row["conf_changed"]]
-    if not lines:
-        return []
-    listed = ", ".join(lines[:5]) + ", .." * (len(lines) > 5)
-    count, where = ("1 statement", "line") if len(lines) == 1 else (f"{len(lines)} statements", "lines")
-    return [f"confdata of {count} changed, it would select another posture ({where} {listed})"]
-
-
-def unknown_accuracy(findings: Iterable[Diagnostic] = (), of_type: bool = False) -> str:
-    """Say that how near the real torch comes to the path is not known, since the model was not fitted to this arm.
-
-    Args:
-        findings: of the conversion; where they say that parts of a model do not hold here, that is the reason given.
-        of_type: what is expected on the arm follows from the scatter of its type's stiffness.
-    """
-    complete = all(d.matter is not Matter.NOT_WHOLE for d in findings)
-    why = "the model was not fitted to measurements of this arm" if complete else "not all of the model holds here"
-    if of_type:
-        return f"{why}: what is expected on it counts the stiffness alone, no error of its geometry (`postproc fit`)"
-    return f"{why}: these are deviations in the model, and how near the real torch comes is not known (`postproc fit`)"
-
-
-def _sentence(conversion: Conversion) -> str:
-    """Say what became of the program: that no weld was corrected where that is so, then what became of the rest."""
-    welds = [o for o in conversion.outcomes if o.statement.signature.phase]
-    reasons = Counter(o.reason for o in welds if o.status == "skipped")
-    if not reasons or any(o.status in CORRECTED for o in welds):
-        return _outcome_text(conversion)
-    return f"No weld was corrected: {reasons.most_common(1)[0][0]}. {_outcome_text(conversion)}"
-
-
-def _outcome_text(conversion: Conversion) -> str:
-    """Say what became of the statements: the deviation before and after, or why nothing was corrected."""
-    values = conversion.report
-    if not conversion.outputs:
-        return "The program is not safe to compensate; no program was written."
-    if conversion.plan is None and conversion.module is None:
-        return "Nothing moves: the program is written as it is."
-    counts = Counter(row["status"] for row in values["statements"])
-    through, corrected = counts["run_time"], counts["compensated"]
-    what, whose = ("1 motion statement is", "its") if through == 1 else (f"{through} motion statements are", "their")
-    on_controller = f"{what} corrected on the controller, where {whose} targets become known."
-    if through and not (corrected and values["measured_statements"]):
-        return f"{on_controller}{_unmeasured(values)}"
-    if not corrected:
-        return f"Nothing was corrected.{_unmeasured(values)}"
-    before, after, where = main_figures(values)
-    places = (("max_transient_mm", "while the speed changes"), ("max_transition_mm", "where the correction jumps"))
-    unsteady = [f"{values[key]:.3f} mm {place}" for key, place in places if values[key] > values["tolerance_mm"]]
-    fell = f"Expected on the arm {where}: {on_arm_text(values['expected_on_arm_mm'])}; {after:.3f} mm remain in "
-    fell += f"the model{' at steady speed' if unsteady else ''}, where there were {before:.3f} mm"
-    fell += f"{'; up to ' * bool(unsteady)}{' and '.join(unsteady)}."
-    if not values["measured_statements"]:
-        what = "statements are" if corrected > 1 else "statement is"
-        fell = f"{corrected} {what} corrected; no line or arc could be measured."
-    count = values["unproved_statements"]
-    doubt = f" {count} of these statements also run where they cannot be followed: what remains there is not proved."
-    better = better_figure(values)
-    advice = f"\n{better[0].upper()}{better[1:]}." if better else ""
-    fell += from_programmed_path(values)
-    return "".join([fell, _unmeasured(values), doubt * bool(count), f" {on_controller}" * bool(through), advice])
-
-
-def _unmeasured(values: Values) -> str:
-    """Return a sentence, after a blank, on how many lines or arcs have no known ends and count in no figure; or empty.
-
-    Args:
-        values: the document of the conversion.
-    """
-    count = values["unmeasured_statements"]
-    what = f"{count} lines or arcs are" if count > 1 else "1 line or arc is"
-    return f" {what} in no figure: where they begin or end is not known." if count else ""
-
-
-def main_figures(values: Values) -> tuple[float, float, str]:
-    """Return the deviations that count, before and after, and where: in welds if there are any, else in all.
-
-    Args:
-        values: the document of the conversion.
-    """
-    welds = values["max_arc_error_after_mm"] is not None
-    before, after = (values[f"max_{'arc_' * welds}error_{when}_mm"] for when in ("before", "after"))
-    return before, after, "while the arc burns" if welds else "along lines and arcs"
+    return f"{'; '.join(parts)}. {outcome_note(values)}."
 
 
 def undetermined_values(known: Undetermined | None) -> Values:
@@ -334,38 +246,3 @@ def undetermined_values(known: Undetermined | None) -> Values:
     }
     within = 0.0 if known is None else mm(known.within_95)
     return {"undetermined_under_load_mm": within, "undetermined_parameter": parameter}
-
-
-def undetermined_text(accuracy: Accuracy) -> str:
-    """Return sentences on the parameter that no row has told, its cost, and how to tell it; empty where it is little.
-
-    Args:
-        accuracy: that of the conversion.
-    """
-    known = accuracy.undetermined
-    if known is None or known.within_95 < max(LEAST_M, MATTERING_SHARE * accuracy.within_95):
-        return ""
-    alone = "" if known.largest > 0.99 * known.within_95 else f", {1e3 * known.largest:.2f} mm by it alone"
-    why = f"because the measured rows say little of {_parameter_text(known)}{alone}"
-    return f" Of that, {1e3 * known.within_95:.2f} mm are open under these loads {why}. {_pull_text(known)}"
-
-
-def _parameter_text(known: Undetermined) -> str:
-    """Return the parameter with its value: ``the compliance of joint 1 (4.22 ± 0.90 µrad/(N m))``."""
-    effect = effect_library().get(known.effect)
-    name = known.name.partition(".")[2]
-    if effect is None or (declared := effect.parameters().get(name.partition("[")[0])) is None:
-        return f"`{known.name}` ({with_sigma(known.value, known.sigma)})"
-    factor, unit = readable(declared.unit)
-    return f"{in_words(effect, name)} ({with_sigma(factor * known.value, factor * known.sigma)} {unit})"
-
-
-def _pull_text(known: Undetermined) -> str:
-    """Return the cheapest measurement that tells the parameter; that `plan` says it where no pull does."""
-    if known.pull is None or known.told < LEAST_M / 5:
-        return "`postproc plan` says which poses tell it."
-    axis = int(np.argmax(known.pull))
-    size, way = known.pull[axis], "xyz"[axis % 3]
-    how = f"pull with {size:.0f} N along {way}" if axis < 3 else f"turn with {size:.0f} N m about {way}"
-    where = f"of the base at {PULLING_POSES} poses of the program, measure with and without, and fit again"
-    return f"To tell it, {how} {where}: the TCP moves by {1e3 * known.told:.2f} mm for each standard deviation."

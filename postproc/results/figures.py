@@ -1,49 +1,16 @@
-"""The figures of a conversion for people: one table that terminal, header, page, certificate and batch show."""
+"""The figures of a conversion as values and as one table, and whether they keep the tolerance."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Literal
 
-from postproc.compensation.conversion import JudgedProgram
-from postproc.compensation.judgement.figures import Place
-from postproc.numbers import decimals_of, fixed, mm, on_arm_text, range_text
-from postproc.report.blocks import DataTable, Values
+from postproc.compensation.judgement.figures import COLUMNS, LABELS
+from postproc.numbers import decimals_of, fixed, on_arm_text, range_text
+from postproc.report.blocks import DataTable, Tone, Values
 
 Verdict = Literal["kept", "not_kept", "not_shown", "not_measured"]
 """Whether the tolerance is kept: on the arm, not even in the model, in the model alone; or nothing was measured."""
-LABELS: Mapping[Place, str] = {
-    "weld": "weld",
-    "air": "air",
-    "path": "lines and arcs",
-    "speed_changes": "speed changes",
-    "correction_jumps": "correction jumps",
-}
-"""Names of places in tables."""
-CLAUSES: Mapping[Place, str] = {
-    "weld": "while the arc burns",
-    "air": "in the air",
-    "path": "along lines and arcs",
-    "speed_changes": "while the speed changes",
-    "correction_jumps": "where the correction jumps",
-}
-"""The same in sentences."""
-COLUMNS = ("deviation [mm]", "before", "after, in the model", "tolerance", "expected on the arm")
-
-
-def figure_values(judged: JudgedProgram) -> list[Values]:
-    """Return the entries of ``figures`` of the ``postproc/compensate/1`` document, the place that counts most first."""
-    return [
-        {
-            "place": place.place,
-            "before_mm": mm(place.before, 5),
-            "after_mm": mm(place.after, 5),
-            "tolerance_mm": None if place.tolerance is None else mm(place.tolerance, 5),
-            "expected_on_arm_mm": judged.expected_mm(place),
-            "line": place.line,
-        }
-        for place in judged.places
-    ]
 
 
 def verdict(values: Values) -> Verdict:
@@ -53,7 +20,7 @@ def verdict(values: Values) -> Verdict:
     arm where also the model was fitted and the upper end of what is expected there is within it.
 
     Args:
-        values: the document of a conversion with a plan, without its ``verdict``.
+        values: the document of a conversion, without its ``verdict``.
     """
     if not values["figures"]:
         return "not_measured"
@@ -67,46 +34,19 @@ def verdict(values: Values) -> Verdict:
 
 
 def decimals(values: Values) -> int:
-    """Return the decimals of the lengths of a conversion, from its tolerance.
+    """Return the decimals of lengths in millimetres of a conversion, from its tolerance.
 
     Args:
-        values: its document.
+        values: its document, or its entry in that of a batch.
     """
-    return decimals_of(values["tolerance_mm"])
-
-
-def figure_rows(values: Values) -> list[tuple[str, ...]]:
-    """Return the rows of the table of figures as texts: place, before, after in the model, tolerance, on the arm.
-
-    Args:
-        values: a document with ``figures`` and ``tolerance_mm``, or an entry of a batch.
-    """
-    digits = decimals(values)
-    return [
-        (
-            LABELS[row["place"]],
-            *(fixed(row[key], digits) for key in ("before_mm", "after_mm")),
-            "" if row["tolerance_mm"] is None else f"{row['tolerance_mm']:g}",
-            range_text(row["expected_on_arm_mm"], digits),
-        )
-        for row in values["figures"]
-    ]
-
-
-def figure_table(values: Values) -> DataTable:
-    """Return the table of figures, for terminal and page.
-
-    Args:
-        values: as of ``figure_rows``.
-    """
-    return DataTable("figures", COLUMNS, figure_rows(values))
+    return decimals_of(values.get("tolerance_mm", 0.0))
 
 
 def main_figure(values: Values) -> Values | None:
     """Return the entry of ``figures`` that counts most: of welds, or else of lines and arcs; None without any.
 
     Args:
-        values: a document with ``figures``.
+        values: a document with ``figures``, or an entry of that of a batch.
     """
     figures: Sequence[Values] = values.get("figures") or ()
     return figures[0] if figures else None
@@ -132,3 +72,22 @@ def weld_notes(values: Values) -> list[Values]:
         place = {"path": weld["path"], "line": weld["line_from"], "column": None}
         notes.append({"severity": "info", "code": None, "message": message, "help": None, **place})
     return notes
+
+
+def figure_table(values: Values) -> DataTable:
+    """Return the table of figures, for terminal and page; rows beyond their tolerance are warnings.
+
+    Args:
+        values: the document of a conversion.
+    """
+    digits = decimals(values)
+    rows: list[tuple[object, ...]] = []
+    tones: list[Tone] = []
+    for row in values["figures"]:
+        before, after, tolerance = (row[f"{key}_mm"] for key in ("before", "after", "tolerance"))
+        rows.append((LABELS[row["place"]], before, after, tolerance, range_text(row["expected_on_arm_mm"], digits)))
+        tones.append("warning" if tolerance is not None and after > tolerance else "")
+    if drawn := values["from_programmed_path"]:
+        rows.append(("from its numbers", drawn["before_mm"], drawn["after_mm"], None, ""))
+        tones.append("")
+    return DataTable("figures", COLUMNS, rows, decimals=digits, tones=tones)

@@ -11,15 +11,17 @@ from postproc.numbers import mm
 from postproc.report.blocks import DataTable, Section, Values
 
 MOST_LISTED = 3  # work objects that get a line; a table has all
+NOTE = "The rigid motion that fits the corrections of the arm at rest best, about the middle of the targets."
+TAUGHT = "A work object that this arm's own torch has taught holds its shift already; leave it out"
 SHIFT = {
     "wobj": "work object",
-    "dx_mm": "x [mm]",
-    "dy_mm": "y [mm]",
-    "dz_mm": "z [mm]",
-    "rx_deg": "about x [deg]",
-    "ry_deg": "about y [deg]",
-    "rz_deg": "about z [deg]",
-    "rest_mm": "rest [mm]",
+    "dx_mm": "x",
+    "dy_mm": "y",
+    "dz_mm": "z",
+    "rx_deg": "x [deg]",
+    "ry_deg": "y [deg]",
+    "rz_deg": "z [deg]",
+    "rest_mm": "the rest",
     "left_out": "left out",
 }
 
@@ -49,39 +51,12 @@ def work_object_section(values: Values) -> Section:
     welds = [row for row in rows if row["at_welds"]]
     largest = sorted(welds or rows, key=_size, reverse=True)[:MOST_LISTED]
     table = [[_cell(key, row[key]) for key in SHIFT] for row in rows]
-    shifts = DataTable("work objects", list(SHIFT.values()), table, brief=())
-    note = "The rigid motion that fits the corrections of the arm at rest best, about the middle of the targets."
-    return Section("Work objects, drawn offline or taught with this arm", [*map(_line, largest), shifts], note)
-
-
-def from_programmed_path(values: Values) -> str:
-    """Return a sentence, after a blank, on deviations from the path as programmed; empty if no other path is meant.
-
-    Args:
-        values: the document of the conversion.
-    """
-    drawn = values["from_programmed_path"]
-    if drawn is None:
-        return ""
-    names = ", ".join(f"`{row['wobj']}`" for row in values["rigid_shift"] if row["left_out"])
-    return (
-        f" These are deviations from the path as this arm has taught {names}; from the path in the numbers of the"
-        f" program they are {drawn['after_mm']:.3f} mm, and were {drawn['before_mm']:.3f} mm."
-    )
-
-
-def _line(row: Values) -> str:
-    """Say how much of the correction in a work object is one rigid shift, and what it means to have taught it."""
-    shift = ", ".join(f"{round(row[f'd{axis}_mm'], 2) + 0.0:.2f}" for axis in "xyz")  # no -0.00
-    name, size, remaining = row["wobj"], _size(row), row["rest_mm"]
-    if row["left_out"]:
-        text = f"`{name}`: a rigid shift of ({shift}) mm, {size:.2f} mm, is left out; "
-        return text + f"up to {remaining:.2f} mm is corrected."
-    return (
-        f"`{name}`: {size:.2f} mm of its correction is one rigid shift of ({shift}) mm, "
-        f"at most {remaining:.2f} mm the rest; if this arm's own torch has taught it, it holds that shift already: "
-        f"`--wobj-taught {name}`."
-    )
+    digits = [None if key in ("wobj", "left_out") else 3 if key.endswith("_deg") else 2 for key in SHIFT]
+    brief = [i for i, row in enumerate(rows) if row in largest]
+    shifts = DataTable("work objects", list(SHIFT.values()), table, brief=brief, decimals=digits)
+    open_ = [row["wobj"] for row in largest if not row["left_out"]]
+    advice = [f"{TAUGHT}: `--wobj-taught {open_[0]}`."] if open_ else []
+    return Section("Of the correction, one rigid shift of each work object [mm]", [shifts, *advice], NOTE)
 
 
 def _cell(key: str, value: object) -> object:

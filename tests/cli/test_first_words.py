@@ -21,15 +21,14 @@ FITTED = (
     + effect("joint_compliance", "compliance_rad_per_Nm = [4e-6, 4e-7, 3e-7, 2e-6, 2e-6, 3e-6]")
     + '[fit]\nparameters = ["joint_compliance.compliance_rad_per_Nm[1]"]\ncovariance = [[1.6e-15]]\nunexplained_mm = 0.04\n'
 )
-WAY = "the stiffness of this arm is not measured: with that of its type {} to {} % of its deflection remain, about {} to {} % after 12 readings with a dial gauge (postproc plan irb4600_40_255 -n 6 --kind gauge --load KG --pull 100)"
+STIFFNESS = "he stiffness of this arm is not measured: with that of its type {} to {} % of its deflection remain"
+READINGS = "12 readings with a dial gauge leave about {} to {} %: `postproc plan irb4600_40_255 -n 6 --kind gauge --load KG --pull 100`"
 
 
-def sentence_of(path: Path) -> str:
-    """The result that a page or a certificate states, without its marks."""
-    found = re.findall(
-        r'<(?:h1|p) class="(?:sentence|more|result)">(.*?)</(?:h1|p)>', path.read_text("utf-8"), re.DOTALL
-    )
-    return unescape(re.sub(r"<b.*?</b> |<.*?>", "", " ".join(found)))
+def words_of(path: Path) -> str:
+    """What a page or a certificate says, without its marks; cells have blanks between them."""
+    body = re.sub(r"<(script|style).*?</\1>", "", path.read_text("utf-8"), flags=re.DOTALL)
+    return " ".join(unescape(re.sub(r"<.*?>", " ", re.sub(r"</?code>|`", "", body))).split())
 
 
 @pytest.mark.parametrize("arm", ["type", "fitted", "user"])
@@ -45,22 +44,35 @@ def test_the_same_figures_lead_in_all_that_is_written(call_as_written: Call, tmp
     batch = json.loads(call_as_written("batch", program.parent, *chosen, "-o", tmp_path / "json", "--json").out)
     shown = call_as_written("batch", program.parent, *chosen, "-o", tmp_path / "tree").err
     expected = document["expected_on_arm_mm"]
-    (task,) = batch["tasks"]
-    assert task.get("expected_on_arm_mm") == expected and (expected is None) == (arm == "user")
+    (task,), weld = batch["tasks"], document["figures"][0]
+    assert task.get("expected_on_arm_mm") == expected == weld["expected_on_arm_mm"] and (expected is None) == (
+        arm == "user"
+    )
+    assert task["figures"] == document["figures"] and weld["place"] == "weld"
     text = "not known" if expected is None else f"{expected[0]:.2f} to {expected[1]:.2f} mm"
-    assert expected is None or 0.0 < document["max_arc_error_after_mm"] <= expected[0] < expected[1]
-    first = f"Expected on the arm while the arc burns: {text}"
+    before, after = (f"{weld[f'{when}_mm']:.2f}" for when in ("before", "after"))
+    assert expected is None or 0.0 < weld["after_mm"] <= expected[0] < expected[1]
     header = [line.strip() for line in out.read_text("latin-1").splitlines()]
-    printed = [line for line in made.err.splitlines() if line.startswith("Expected")]
     (row,) = re.findall(r"^  seam\.mod  compensated  (.+)", shown, re.MULTILINE)
-    assert header[2] == f"! {first[0].lower()}{first[1:]}"
-    assert len(printed) == 1 and printed[0].startswith(f"{first}; ")
-    assert sentence_of(page).startswith(f"{first}; ") and sentence_of(certificate).startswith(f"{first}. ")
-    assert row.startswith(f"{text}  ") and f"seam.mod: on the arm {text}, in the model " in shown
+    line = rf"weld +{before} +{after} +0\.10 +{text.removesuffix(' mm')}$"
+    # terminal, header, page, certificate, row of the batch
+    assert re.search(rf"^  {line}", made.err, re.MULTILINE) and re.search(
+        rf"^ *! {line}", "\n".join(header), re.MULTILINE
+    )
+    assert header[2] == f"! expected on the arm while the arc burns: {text}"
+    assert re.match(rf"{text.removesuffix(' mm')} +{before} +{after} +0\.10 ", row)
+    assert f"seam.mod: on the arm {text}, in the model {before} -> {after} mm" in shown
+    for words in (f"expected on the arm, while the arc burns {text} ", f"before, while the arc burns {before} mm ",
+                  f"after in the model, while the arc burns {after} mm "):  # fmt: skip
+        assert words in words_of(page)
+    assert f"while the arc burns {before} {after} {text.removesuffix(' mm')} 0.1 kept" in words_of(certificate)
+    stiffness = document["expected_remaining_fraction"]
     if arm == "type":
-        shares = [*document["expected_remaining_fraction"], *document["expected_remaining_fraction_after_gauge"]]
-        way = WAY.format(*(f"{100 * x:.0f}" for x in shares))
-        for where in ("\n".join(header), made.err, shown, sentence_of(page), sentence_of(certificate)):
-            assert way[1:] in where.replace("`", "")
+        shares = STIFFNESS.format(*(f"{100 * x:.0f}" for x in stiffness))
+        readings = READINGS.format(*(f"{100 * x:.0f}" for x in document["expected_remaining_fraction_after_gauge"]))
+        for where in ("\n".join(header), made.err, shown):
+            assert shares in where and readings in where
+        for where in (words_of(page), words_of(certificate)):
+            assert shares in where and readings.replace("`", "") in where
     else:
-        assert "dial gauge" not in "".join((*header, made.err, shown, sentence_of(page), sentence_of(certificate)))
+        assert "dial gauge" not in "".join((*header, made.err, shown, words_of(page), words_of(certificate)))

@@ -202,8 +202,9 @@ def test_a_terminal_shows_how_far_a_batch_is_and_what_failed(
 
 
 def test_the_table_of_many_tasks_shows_those_that_matter() -> None:
-    figures = {"added_targets": 1, "statements": {"skipped": 2}, "max_error_before_mm": 1.0}
-    of: list[dict[str, object]] = [{**figures, "max_error_after_mm": i / 1e4} for i in range(100)]
+    figures = {"added_targets": 1, "statements": {"skipped": 2}, "tolerance_mm": 0.01}
+    place = {"place": "path", "before_mm": 1.0, "tolerance_mm": 0.01, "expected_on_arm_mm": None}
+    of: list[dict[str, object]] = [{**figures, "figures": [{**place, "after_mm": i / 1e3}]} for i in range(100)]
     of[99]["unproved_statements"] = 71
     good = [outcome_of(f"{i:03}.mod", "compensated", cached=i % 2 == 0, **each) for i, each in enumerate(of)]
     bad = outcome_of("zzz.mod", "failed", Finding("CMP009", "warning", "m"), Finding("KIN001", "error", "m"))
@@ -213,8 +214,8 @@ def test_the_table_of_many_tasks_shows_those_that_matter() -> None:
     assert len(lines) == 42 and lines[-1] == "  61 more; `--verbose` shows them" and "unproved" in lines[0]
     assert [" ".join(line.split()) for line in lines[1:4]] == [
         "zzz.mod failed 1",
-        "099.mod compensated not known 1.000 0.0099 1 2 71",
-        "098.mod compensated, as before not known 1.000 0.0098 1 2",
+        "099.mod compensated not known 1.000 0.099 0.010 1 2 71",
+        "098.mod compensated, as before not known 1.000 0.098 0.010 1 2",
     ]
     assert lines[-2].split()[0] == "061.mod"
     off = Batch((outcome_of("a", "compensated", OFF, OFF),), 0, ())

@@ -14,7 +14,8 @@ P1 = f"CONST robtarget p1:={target(1350, -500)};"
 PLAIN = module(P1, f"MoveJ p1,v200,fine,tT;\nMoveL {target(1350, -400)},v50,fine,tT;")
 OTHER = f"  CONST robtarget p9:={target(1350, -300)};\n  PROC other()\n    MoveL p9,v50,fine,tT;\n  ENDPROC\n"
 HEADER = re.compile(
-    r"(?:^[ \t]*! (?:postproc|expected|the stiffness|model|on the TCP|deviation|0 targets)[^\n]*\n){7}", re.M
+    r"(?:^[ \t]*! (?:postproc|expected|the stiffness|12 readings|model|on the TCP|deviation|lines|speed|0 targets)[^\n]*\n){9,10}",
+    re.M,
 )
 NUMBER = re.compile(r"[+-]?\d+\.?\d*(?:E[+-]?\d+)?")
 LINE_ENDS = pytest.mark.parametrize("newline", ["\n", "\r\n"])
@@ -110,7 +111,8 @@ def test_the_header_says_what_was_done() -> None:
     result = convert(PLAIN)
     [header] = [match[0] for match in HEADER.finditer(written(result))]
     r = result.report
-    errors = f"{r['max_error_before_mm']:.3f} mm before, {r['max_error_after_mm']:.3f} mm after"
+    figure = r["figures"][0]
+    errors = "  ".join(f"{figure[key]:.3f}".rjust(width) for key, width in (("before_mm", 6), ("after_mm", 19)))
     assert re.search(r"! postproc \d+\.\d+\.\d+: compensated for irb4600_60_205", header)
     for text in ("joint_compliance", "force 200, -200, -200 N", errors, f"{r['added_targets']} targets added"):
         assert text in header

@@ -53,11 +53,13 @@ def path() -> dict[str, Any]:
 def test_the_first_screen_has_the_deviation_before_and_after() -> None:
     made, r = {"model": "cell.toml", "force on the TCP [N]": "0,0,-50"}, seam_under_force().report
     page = render_page(conversion_document("a<b>.mod", seam_under_force(), made))
-    before, after = (f"{r[f'max_arc_error_{when}_mm']:.3f} mm" for when in ("before", "after"))
-    on_arm = "{:.2f} to {:.2f} mm".format(*r["expected_on_arm_mm"])
-    assert f"Expected on the arm while the arc burns: {on_arm}; {after} remain in the model" in page
-    assert f"where there were {before}" in page
-    assert list(figures(page).values())[:3] == [on_arm, before, after] and len(figures(page)) == 4
+    (weld, *_), digits = r["figures"], 3  # at 0.01 mm
+    before, after = (f"{weld[f'{when}_mm']:.{digits}f} mm" for when in ("before", "after"))
+    on_arm = "{:.3f} to {:.3f} mm".format(*weld["expected_on_arm_mm"])
+    assert (
+        f"The tolerance of 0.01 mm is kept in the model; on the arm {on_arm} are expected while the arc burns." in page
+    )
+    assert list(figures(page).values()) == [on_arm, before, after]
     rows = {row[0]: row[1] for row in tables(page)["how this was made"]["rows"]}
     assert {**made, "arm": r["robot"]}.items() <= rows.items()
     assert "a&lt;b&gt;.mod" in page
@@ -65,25 +67,40 @@ def test_the_first_screen_has_the_deviation_before_and_after() -> None:
     assert carried(page) == json.loads(json.dumps(r))
 
 
-FELL = (
-    "Expected on the arm along lines and arcs: not known; 0.004 mm remain in the model{}, where there were 0.500 mm{}."
-)
-UNSTEADY = "; up to 0.062 mm while the speed changes and 0.200 mm where the correction jumps"
-UNPROVED = " 3 of these statements also run where they cannot be followed: what remains there is not proved."
+PLACE = {"place": "path", "before_mm": 0.5, "after_mm": 0.004, "tolerance_mm": 0.01, "expected_on_arm_mm": None}
 SENTENCES = [
-    ({}, FELL.format("", "")),
-    ({"max_transient_mm": 0.062, "max_transition_mm": 0.2}, FELL.format(" at steady speed", UNSTEADY)),
-    ({"unproved_statements": 3}, FELL.format("", "") + UNPROVED),
+    ({"verdict": "not_shown"}, ["The tolerance of 0.01 mm is kept in the model; what the arm does is not known."]),
+    (
+        {"verdict": "not_kept", "figures": [{**PLACE, "after_mm": 0.06, "expected_on_arm_mm": [0.07, 0.1]}]},
+        [
+            "The tolerance of 0.01 mm is not kept: 0.060 mm remain in the model, "
+            "0.070 to 0.100 mm are expected on the arm."
+        ],
+    ),
+    (
+        {"verdict": "not_kept", "unproved_statements": 3, "unmeasured_statements": 1},
+        [
+            "That the tolerance of 0.01 mm is kept is not proved; what the arm does is not known.",
+            "Not in these figures: 1 line or arc with unknown ends and other runs of 3 statements.",
+        ],
+    ),
 ]
 
 
-@pytest.mark.parametrize(("others", "sentence"), SENTENCES)
-def test_the_sentence_says_what_remains(others: dict[str, float], sentence: str) -> None:
-    steady = {"max_error_before_mm": 0.5, "max_error_after_mm": 0.004, "tolerance_mm": 0.01, "max_transient_mm": 0.01}
-    arc = {"max_arc_error_before_mm": None, "max_arc_error_after_mm": None, "max_transition_mm": 0.0}
-    unknown = {"expected_on_arm_mm": None, "expected_remaining_fraction": None}
-    page = program_page(seam_under_force(), **{**steady, **arc, **unknown, **others})
-    assert " ".join(re.findall(r'<(?:h1|p) class="(?:sentence|more)">(.*?)</', page)) == sentence
+@pytest.mark.parametrize(("others", "sentences"), SENTENCES)
+def test_the_sentences_say_what_is_kept_and_what_is_in_no_figure(others: dict[str, Any], sentences: list[str]) -> None:
+    report = {
+        **seam_under_force().report,
+        "welds": [],
+        "figures": [PLACE],
+        "expected_remaining_fraction": None,
+        **others,
+    }
+    lines = conversion_document("a.mod", replace(seam_under_force(), report=report)).sentence.split("\n")
+    unfitted = (
+        "The model was not fitted to measurements of this arm: how near the torch comes is not known (`postproc fit`)."
+    )
+    assert lines == [*sentences, unfitted] and max(map(len, lines)) <= 120
 
 
 def test_names_in_a_page_are_text() -> None:
@@ -165,15 +182,17 @@ def test_the_tool_of_the_drawn_arm_is_on_the_path_of_a_moving_cell(case: Case) -
 
 
 def fitted(within: float) -> dict[str, Any]:
-    return {"expected_accuracy": {"within_95_percent_mm": within}, "expected_on_arm_mm": [0.1 * within, within]}
+    known = {"within_95_percent_mm": within}
+    sure = {"expected_accuracy": known, "expected_remaining_fraction": None}
+    return {**sure, "expected_on_arm_mm": [0.1 * within, within]}
 
 
 VERDICTS = [
     ({}, {}, Verdict.NOT_SHOWN),
     (fitted(0.005), {}, Verdict.KEPT),
     (fitted(0.05), {}, Verdict.NOT_SHOWN),
-    (fitted(0.005), {"after_mm": 0.02}, Verdict.NOT_KEPT),
-    (fitted(0.005), {"after_mm": None}, Verdict.NOT_KEPT),
+    (fitted(0.005), {"kept": False}, Verdict.NOT_KEPT),
+    (fitted(0.005), {"kept": False, "after_mm": None}, Verdict.NOT_KEPT),
     (fitted(0.005), {"left": 1}, Verdict.NOT_KEPT),
     ({**fitted(0.005), "unproved_statements": 1}, {}, Verdict.NOT_KEPT),
     ({**fitted(0.005), "expected_on_arm_mm": None}, {}, Verdict.NOT_SHOWN),
@@ -187,7 +206,8 @@ def test_a_certificate_says_whether_the_tolerance_is_kept(
     changed = {**seam().report, "welds": [{**seam().report["welds"][0], **weld}], **report}
     page = render_certificate(program_certificate("hull_seam.mod", replace(seam(), report=changed)))
     assert [each for each in Verdict if each.value in page] == [verdict]
-    assert ("not fitted to measurements" in page) == (not report)
+    assert ("The stiffness of this arm is not measured" in page) == (not report)
+    assert ("The fitted model itself is sure to" in page) == bool(report)
     assert f"{0 if weld else 1} of 1 seams keep 0.01 mm." in page
     row = re.search(r"<td[^>]*>rShellSeam</td>.*?</tr>", page, re.DOTALL)
     assert row and (">not kept<" if weld else ">kept<") in row[0]
@@ -214,7 +234,7 @@ def test_a_certificate_names_every_file_by_its_hash_and_the_rows_of_the_fit(monk
 
 
 FIGURES = {
-    "max_error_before_mm": 2.0,
+    "tolerance_mm": 0.01,
     "added_targets": 1,
     "cycle_time_s": 9.0,
     "statements": {"compensated": 3, "skipped": 2},
@@ -234,14 +254,14 @@ def test_the_page_of_a_batch_puts_failures_and_the_farthest_first() -> None:
         TaskOutcome(Task("c.mod", ()), "compensated", False, far, (FAR[0],)),
     )
     page = render_page(batch_document("cell", Batch(outcomes, 0, ()), pages={"a.mod": "out/report/a #1.html"}))
-    text = "2 of 3 programs are corrected, 6 of 10 motion statements in them; 1 failed and has no output; "
-    assert f"{text}the worst is <code>c.mod</code>: expected on the arm not known, 0.200 mm in the model." in page
+    text = "2 of 3 programs are corrected, 6 of 10 motion statements in them; 1 failed and has no output."
+    assert text in page and "The worst is <code>c.mod</code>: not known on the arm, 0.20 mm in the model." in page
     assert figures(page) == {
         "programs corrected": "2",
         "failed": "1",
         "worst on the arm": "not known",
-        "worst before": "2.000 mm",
-        "worst after": "0.200 mm",
+        "worst before": "2.00 mm",
+        "worst after": "0.20 mm",
         "targets added": "2",
         "done before": "1",
     }

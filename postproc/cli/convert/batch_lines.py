@@ -10,12 +10,13 @@ from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from postproc.batch.values import MEASURED, ON_ARM, TaskOutcome
+from postproc.batch.values import ON_ARM, TaskOutcome
 from postproc.cli.printing import MOST_SHOWN, print_stderr, say
 from postproc.cli.progress import CLEAR, watching
 from postproc.diagnostics import Finding, Matter, PostprocError, one_line
 from postproc.grouping import grouped
-from postproc.numbers import on_arm_text
+from postproc.numbers import fixed, on_arm_text
+from postproc.results.figures import decimals, main_figure
 
 if TYPE_CHECKING:
     from postproc.batch.jobs import Ready
@@ -90,9 +91,10 @@ def result_line(outcome: TaskOutcome) -> str:
     """Return one line on a task of a batch: its deviation on the arm and in the model, or its status."""
     text: str = outcome.status
     if f := outcome.figures:
-        fell = " -> ".join(f"{f[name]:.3f} mm" for name in MEASURED if name in f)
-        on_arm = f"on the arm {on_arm_text(f.get(ON_ARM))}, in the model {fell}"
-        fell = on_arm if fell else "no line or arc could be measured"
+        fell = "no line or arc could be measured"
+        if figure := main_figure(f):
+            before, after = (fixed(figure[key], decimals(f)) for key in ("before_mm", "after_mm"))
+            fell = f"on the arm {on_arm_text(f.get(ON_ARM), decimals(f))}, in the model {before} -> {after} mm"
         through = f["statements"].get("run_time")
         text = f"{fell}, {f['added_targets']} target{'s' * (f['added_targets'] != 1)} added"
         text += f", {through} statement{'s' * (through != 1)} corrected on the controller" if through else ""

@@ -95,21 +95,21 @@ def expect_on_arm(model: Model, motion: Motion, exact: Exact, source: Source) ->
     return Expected(accuracy, scatter, distance), findings
 
 
-def better_figure(values: Mapping[str, Any]) -> str:
-    """A clause on the deflection that remains with the stiffness of the type, and the cheapest way to less; or empty.
+def remaining_deflection(values: Mapping[str, Any]) -> tuple[str, str]:
+    """Clauses on the deflection that remains with the stiffness of the type, and on the cheapest way to less; or empty.
 
     Args:
         values: entries of a document: ``robot``, ``expected_remaining_fraction``, and the same ``_after_gauge``.
     """
     remaining, after = (values.get(f"expected_remaining_fraction{when}") for when in ("", "_after_gauge"))
     if remaining is None:
-        return ""
+        return "", ""
     text = "the stiffness of this arm is not measured: with that of its type "
     text += f"{percent_range(remaining)} of its deflection remain"
     if after is None or after[1] > WORTH * remaining[1]:
-        return f"{text} (`postproc plan` says what to measure)"
+        return text, "`postproc plan` says what to measure"
     plan = f"`postproc plan {values['robot']} -n {GAUGE_READINGS // 2} --kind gauge --load KG --pull {PULL_N:g}`"
-    return f"{text}, about {percent_range(after)} after {GAUGE_READINGS} readings with a dial gauge ({plan})"
+    return text, f"{GAUGE_READINGS} readings with a dial gauge leave about {percent_range(after)}: {plan}"
 
 
 def _expect_accuracy(

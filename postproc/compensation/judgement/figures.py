@@ -5,6 +5,7 @@ Terminal, header, page, certificate, batch and documents show these figures and 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -23,6 +24,24 @@ WORSE_RATIO = 2.0  # between targets that are corrected and others that cannot b
 
 Place = Literal["weld", "air", "path", "speed_changes", "correction_jumps"]
 """Where a figure was measured: ``path`` is that of a program that welds nowhere."""
+LABELS: Mapping[Place, str] = {
+    "weld": "weld",
+    "air": "air",
+    "path": "lines and arcs",
+    "speed_changes": "speed changes",
+    "correction_jumps": "correction jumps",
+}
+"""Names of places in tables."""
+CLAUSES: Mapping[Place, str] = {
+    "weld": "while the arc burns",
+    "air": "in the air",
+    "path": "along lines and arcs",
+    "speed_changes": "while the speed changes",
+    "correction_jumps": "where the correction jumps",
+}
+"""The same in sentences."""
+COLUMNS = ("deviation [mm]", "before", "after, in the model", "tolerance", "expected on the arm")
+"""Of the table of figures."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -94,6 +94,8 @@ def find_seams(
         runs = max((len(rows.get(key, ())) for key in keys), default=0)
         count = sum(len(added.get(key, ())) for key in keys[1:])
         group = tuple(by_key[key] for key in keys)
+        if length == 0.0 and all(o.status != "skipped" for o in group):  # the arc goes nowhere
+            continue
         seams.append(Seam(statements[0].routine, group, 1e3 * length, runs, was, stays, kept, count))
     return seams
 

@@ -1,0 +1,192 @@
+"""A conversion in at most three sentences: is the tolerance kept, what is in no figure, and how sure is the model."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from postproc.compensation.conversion import Conversion
+from postproc.compensation.judgement.accuracy import Accuracy, remaining_deflection
+from postproc.compensation.judgement.figures import CLAUSES
+from postproc.diagnostics import Diagnostic, Matter, joined
+from postproc.effects.registry import effect_library
+from postproc.model.undetermined import PULLING_POSES, Undetermined
+from postproc.numbers import on_arm_text
+from postproc.report.blocks import Tone, Values
+from postproc.results.figures import decimals, main_figure
+from postproc.results.wording import in_words, readable, with_sigma
+
+CORRECTED = ("compensated", "run_time")  # status of statements that are corrected
+TONES: Mapping[str, Tone] = {"kept": "good", "not_shown": "warning", "not_kept": "error", "not_measured": "warning"}
+MATTERING_SHARE = 0.3
+"""Share of the stated distance above which what no row has told is said."""
+LEAST_M = 5e-5  # of the distance that is said
+LONG_S = 7200.0  # from here on hours are told
+
+
+def conclusion(conversion: Conversion) -> tuple[Tone, list[str]]:
+    """Return what became of a program: a tone, and lines of one sentence each; advice with a command comes last."""
+    values, counts = conversion.report, _counts(conversion.report)
+    if not conversion.outputs:
+        return "error", ["The program is not safe to compensate; no program was written."]
+    if conversion.plan is None and conversion.module is None:
+        return "", ["Nothing moves: the program is written as it is."]
+    welds = [o for o in conversion.outcomes if o.statement.signature.phase]
+    reasons = Counter(o.reason for o in welds if o.status == "skipped")
+    tone, lines = TONES[values["verdict"]], [_verdict_text(values)]
+    if reasons and not any(o.status in CORRECTED for o in welds):
+        tone, lines = "error", [f"No weld was corrected: {reasons.most_common(1)[0][0]}."]
+    elif not (counts["compensated"] or counts["run_time"]):
+        tone, lines = "warning", ["Nothing was corrected."]
+    elif not counts["compensated"] or not values["figures"]:
+        lines = [f"{_statements(sum(counts[s] for s in CORRECTED), 'corrected')}; no line or arc could be measured."]
+    lines += _not_in_figures(values)
+    if values["figures"]:
+        accuracy = None if conversion.judged is None else conversion.judged.accuracy
+        lines += _how_sure(values, conversion.diagnostics, accuracy)
+    return tone, lines
+
+
+def _verdict_text(values: Values) -> str:
+    """Say whether the tolerance is kept in the model and on the arm, in the place that counts most."""
+    figure = main_figure(values)
+    if figure is None:
+        return "No line or arc could be measured."
+    tolerance, where, digits = f"{values['tolerance_mm']:g} mm", CLAUSES[figure["place"]], decimals(values)
+    expected, after = figure["expected_on_arm_mm"], figure["after_mm"]
+    on_arm = "what the arm does is not known"
+    if expected:
+        on_arm = f"on the arm {on_arm_text(expected, digits)} are expected {where}"
+    if values["verdict"] == "kept":
+        return f"The tolerance of {tolerance} is kept: {on_arm}."
+    if values["verdict"] == "not_shown":
+        return f"The tolerance of {tolerance} is kept in the model; {on_arm}."
+    lost = f"The tolerance of {tolerance} is not kept"
+    if left := sum(seam["left"] for seam in values["welds"]):
+        return f"{lost}: {_statements(left, 'left as it is', 'left as they are', 'weld statement')}."
+    if values["unproved_statements"] and all(seam["kept"] for seam in values["welds"]):
+        return f"That the tolerance of {tolerance} is kept is not proved; {on_arm}."
+    along = max((seam["along_after_mm"] or 0.0 for seam in values["welds"]), default=0.0)
+    if after <= values["tolerance_mm"] < along:
+        return f"{lost}: {along:.{digits}f} mm remain along a seam in the model; {on_arm}."
+    further = f", {on_arm_text(expected, digits)} are expected on the arm" if expected else ""
+    return f"{lost}: {after:.{digits}f} mm remain in the model{further}."
+
+
+def _not_in_figures(values: Values) -> list[str]:
+    """Return a sentence on what the figures do not hold, none where they hold everything."""
+    unseen, unproved, through = (
+        *(values[f"{what}_statements"] for what in ("unmeasured", "unproved")),
+        _counts(values)["run_time"],
+    )
+    parts = [
+        f"{unseen} line{'s' * (unseen != 1)} or arc{'s' * (unseen != 1)} with unknown ends" if unseen else "",
+        f"other runs of {unproved} statement{'s' * (unproved != 1)}" if unproved else "",
+        f"{through} statement{'s' * (through != 1)} corrected on the controller" if through else "",
+    ]
+    taught = [f"`{row['wobj']}`" for row in values["rigid_shift"] if row["left_out"]]
+    lines = [f"Not in these figures: {joined([part for part in parts if part])}."] if any(parts) else []
+    if values["from_programmed_path"]:
+        lines.append(f"The path is the one that this arm has taught in {joined(taught)}, not that of the numbers.")
+    return lines
+
+
+def _how_sure(values: Values, findings: Iterable[Diagnostic], accuracy: Accuracy | None) -> list[str]:
+    """Return lines on how well the model knows this arm, and on the cheapest measurement that tells more."""
+    text, advice = remaining_deflection(values)
+    if text:
+        return [f"{text[0].upper()}{text[1:]}.", f"{advice[0].upper()}{advice[1:]}"]
+    known = values["expected_accuracy"]
+    if known is None:
+        text = unknown_accuracy(findings)
+        return [f"{text[0].upper()}{text[1:]}."]
+    sure = f"The fitted model itself is sure to {known['within_95_percent_mm']:.{decimals(values)}f} mm (95 %)."
+    return [sure, *(_undetermined(accuracy) if accuracy else [])]
+
+
+def unknown_accuracy(findings: Iterable[Diagnostic] = (), of_type: bool = False) -> str:
+    """Return a clause: how near the real torch comes is not known, since the model was not fitted to this arm.
+
+    Args:
+        findings: of the conversion; where they say that parts of a model do not hold here, that is the reason given.
+        of_type: what is expected on the arm follows from the scatter of its type's stiffness.
+    """
+    if any(d.matter is Matter.NOT_WHOLE for d in findings):
+        return "not all of the model holds here: how near the real torch comes is not known"
+    why = "the model was not fitted to measurements of this arm"
+    if of_type:
+        return f"{why}: what is expected counts its stiffness alone (`postproc fit`)"
+    return f"{why}: how near the torch comes is not known (`postproc fit`)"
+
+
+def outcome_note(values: Values) -> str:
+    """Return how many statements were corrected and left, how many targets added, and the cycle time, in one line.
+
+    Args:
+        values: the document of a conversion with a plan.
+    """
+    counts, seconds = _counts(values), values["cycle_time_s"]
+    every = sum(counts.values())
+    parts = [
+        f"{counts['compensated']} of {every} motion statements corrected",
+        f"{counts['run_time']} on the controller" if counts["run_time"] else "",
+        f"{counts['unchanged']} unchanged" if counts["unchanged"] else "",
+        f"{counts['skipped']} left",
+        f"{values['added_targets']} target{'s' * (values['added_targets'] != 1)} added",
+        _confdata(values),
+        "" if seconds is None else f"cycle {seconds:.1f} s" if seconds < LONG_S else f"cycle {seconds / 3600:.1f} h",
+    ]
+    return ", ".join(filter(None, parts))
+
+
+def _confdata(values: Values) -> str:
+    """Return a phrase on the statements whose confdata was changed, as it would select another posture; or empty."""
+    lines = [str(row["line"]) for row in values["statements"] if row["conf_changed"]]
+    listed = ", ".join(lines[:5]) + ", .." * (len(lines) > 5)
+    return f"confdata changed in line{'s' * (len(lines) > 1)} {listed}" if lines else ""
+
+
+def _counts(values: Values) -> Counter[str]:
+    """Return the number of motion statements by status."""
+    return Counter(row["status"] for row in values["statements"])
+
+
+def _statements(count: int, what: str, several: str = "", noun: str = "motion statement") -> str:
+    """Return ``1 motion statement is corrected``, or ``3 motion statements are corrected``."""
+    return f"{count} {noun} is {what}" if count == 1 else f"{count} {noun}s are {several or what}"
+
+
+def _undetermined(accuracy: Accuracy) -> list[str]:
+    """Return lines on the parameter that no row has told, its cost, and how to tell it; none where it is little.
+
+    Args:
+        accuracy: that of the conversion.
+    """
+    known = accuracy.undetermined
+    if known is None or known.within_95 < max(LEAST_M, MATTERING_SHARE * accuracy.within_95):
+        return []
+    size = f"{1e3 * known.within_95:.2f} mm"
+    return [f"Of that, {size} are open: the rows say little of {_parameter_text(known)}.", _pull_text(known)]
+
+
+def _parameter_text(known: Undetermined) -> str:
+    """Return the parameter with its value: ``the compliance of joint 1 (4.22 ± 0.90 µrad/(N m))``."""
+    effect = effect_library().get(known.effect)
+    name = known.name.partition(".")[2]
+    if effect is None or (declared := effect.parameters().get(name.partition("[")[0])) is None:
+        return f"`{known.name}` ({with_sigma(known.value, known.sigma)})"
+    factor, unit = readable(declared.unit)
+    return f"{in_words(effect, name)} ({with_sigma(factor * known.value, factor * known.sigma)} {unit})"
+
+
+def _pull_text(known: Undetermined) -> str:
+    """Return the cheapest measurement that tells the parameter; that `plan` says it where no pull does."""
+    if known.pull is None or known.told < LEAST_M / 5:
+        return "`postproc plan` says which poses tell it."
+    axis = int(np.argmax(known.pull))
+    size, way = known.pull[axis], "xyz"[axis % 3]
+    how = f"pull with {size:.0f} N along {way}" if axis < 3 else f"turn with {size:.0f} N m about {way}"
+    where = f"of the base at {PULLING_POSES} poses of the program, measure with and without it, and fit again"
+    return f"To tell it, {how} {where}."
