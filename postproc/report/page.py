@@ -21,9 +21,10 @@ SCRIPTS = {
     "steps": ("flat", "flat_arm", "steps"),
     "path": ("vendor/three.min", "vendor/uplot.min", "space", "arm", "course", "path"),
     "programs": ("programs",),
+    "differences": ("vendor/three.min", "space", "differences"),
 }
 """Of every page, and of each scene."""
-STYLES = {"vendor/uplot.min": "vendor/uplot.min", "course": "course", "programs": "programs"}
+STYLES = {name: name for name in ("vendor/uplot.min", "course", "programs", "differences")}
 """Style sheets by the script that needs them."""
 
 

@@ -7,7 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 
 from postproc.rapid.diff.difference import FileDiff, ProgramDiff
-from postproc.report.blocks import DataTable, Document, Figure, Section, Values, attributes
+from postproc.rapid.program.program import Program
+from postproc.report.blocks import DataTable, Document, Figure, Scene, Section, Values, attributes
+from postproc.report.drawing.differences import differences_data
 
 DIFFERENCE_COLUMNS = ("what", "where", "line before", "line after", "name")
 AMOUNT_COLUMNS = ("dx [mm]", "dy [mm]", "dz [mm]", "distance [mm]", "angle [deg]", "speed [mm/s]", "was [mm/s]", "else")
@@ -26,14 +28,18 @@ def difference_rows(difference: ProgramDiff) -> list[Values]:
     ]
 
 
-def difference_document(first: str, second: str, difference: ProgramDiff) -> Document:
+def difference_document(
+    first: str, second: str, difference: ProgramDiff, programs: tuple[Program, Program] | None = None
+) -> Document:
     """Describe a comparison of two programs, for terminal and page.
 
     Args:
-        first, second: their names.
+        first, second: their names. programs: whose paths the page draws, None for no picture.
     """
     entries = difference_rows(difference)
-    rows = [_row(d) for d in entries]
+    rows, lines = [_row(d) for d in entries], [(d.line_a, d.line_b) for d in difference.differences]
+    table = DataTable("differences", (*DIFFERENCE_COLUMNS, *AMOUNT_COLUMNS), rows, view="table")
+    stage = "stage" if programs is not None and any(d.what == "motion" for d in difference.differences) else ""
     return Document(
         title=f"postproc diff {first} {second}",
         values={
@@ -49,9 +55,10 @@ def difference_document(first: str, second: str, difference: ProgramDiff) -> Doc
             Figure("statements that differ", len(rows)),
         ],
         basis=_tolerance(difference.tolerance_mm, difference.tolerance_deg),
-        sections=[
-            Section("What differs", [DataTable("differences", (*DIFFERENCE_COLUMNS, *AMOUNT_COLUMNS), rows)], NOTE)
-        ],
+        sections=[Section("What differs", [table], NOTE)],
+        scene=Scene(
+            "differences", lambda: differences_data(*programs, lines) if programs and stage else {}, stage=stage
+        ),
     )
 
 
@@ -76,7 +83,7 @@ def folders_document(first: str, second: str, files: Sequence[FileDiff], near: t
         brief += range(len(rows), len(rows) + len(differences[:FEW_DIFFERENCES]))
         rows += differences
     of_files = DataTable("files", FILES, overview, unequal)
-    table = DataTable("differences", ("file", *DIFFERENCE_COLUMNS, *AMOUNT_COLUMNS), rows, brief)
+    table = DataTable("differences", ("file", *DIFFERENCE_COLUMNS, *AMOUNT_COLUMNS), rows, brief, view="table")
     different = {status: n for status, n in counts.items() if status != "equal"}
     return Document(
         title=f"postproc diff {first} {second}",
@@ -96,6 +103,7 @@ def folders_document(first: str, second: str, files: Sequence[FileDiff], near: t
         ],
         basis=_tolerance(*near),
         sections=[Section("Every file", [of_files], IN_BOTH), Section("What differs", [table], NOTE)],
+        scene=Scene("differences", dict),
     )
 
 

@@ -17,12 +17,15 @@ from postproc.compensation.options import Options
 from postproc.diagnostics import Finding, Source
 from postproc.files import resource
 from postproc.model.file import default_model
+from postproc.rapid.diff.compare import compare_programs
 from postproc.report.page import render_certificate, render_page
 from postproc.results.certificate import Verdict, program_certificate
 from postproc.results.conversion import conversion_document
+from postproc.results.difference import difference_document
 from postproc.runtime.passes import correct_program
 from postproc.tasks.task import Task
 from tests.cells.test_paths import FORCE, Case, converted, positioner, track
+from tests.rapid.build import module, program, target
 from tests.report.build import (
     LONG_NAME,
     carried,
@@ -289,10 +292,36 @@ def test_the_page_of_a_batch_puts_failures_and_the_farthest_first() -> None:
 
 
 def test_the_page_of_two_folders_puts_files_that_differ_first() -> None:
-    files, differences = (tables(folders_page())[name]["rows"] for name in ("files", "differences"))
-    assert [row[:3] for row in files] == [
+    page = folders_page()
+    assert [row[:3] for row in tables(page)["files"]["rows"]] == [
         [f"RAPID/{LONG_NAME}.mod", "changed", 250],
         ["gone.mod", "removed", 0],
         ["a.mod", "equal", 0],
     ]
-    assert len(differences) == 250 and figures(folders_page())["files that differ"] == "2"
+    assert sum(len(file["differences"]) for file in carried(page)["files"]) == 250
+    assert figures(page)["files that differ"] == "2" and "data-differences" in page and "vendor" not in page
+
+
+CURVE = "MoveL {},v100,fine,t; MoveC {},{},v100,fine,t; MoveL {},v100,fine,t;"
+PLACES = [(400, 0, 300), (500, 100, 300), (600, 0, 300), (900, 0, 300)]
+TOOL = "PERS tooldata t:=[TRUE,[[0,0,100],[1,0,0,0]],[2,[0,0,50],[1,0,0,0],0,0,0]];"
+
+
+def test_two_paths_lie_over_each_other_as_far_apart_as_they_are() -> None:
+    """All targets 0.5 mm higher: so is the arc between them; a target added on a line is not off."""
+    first = module(CURVE.format(*(target(*p) for p in PLACES)), TOOL)
+    higher = [target(x, y, z + 0.5) for x, y, z in PLACES]
+    middle = f"MoveL {target(750, 0, 300.5)},v100,fine,t; MoveL {higher[-1]}"
+    second = module(CURVE.format(*higher).replace(f"MoveL {higher[-1]}", middle), TOOL)
+    a, b = (program(text.decode(), name) for text, name in ((first, "x.mod"), (second, "x.mod")))
+    difference = compare_programs(a, b, 0.001)
+    page = render_page(difference_document("a/x.mod", "b/x.mod", difference, (a, b)))
+    paths = carried(page, "differences")
+    p, away = numbers(paths["b"]["p"]), numbers(paths["b"]["away"])
+    arc = p[np.array(paths["b"]["stop"]) == paths["b"]["stop"][1]]
+    assert len(arc) == 64 and np.linalg.norm(arc[:, :2] - [0.5, 0.0], axis=1) == pytest.approx(0.1)
+    assert away == pytest.approx(np.tile([0.0, 0.0, 5e-4], (len(p), 1)), abs=2e-6)
+    assert "postproc diff a/x.mod b/x.mod" in page
+    texts = [(d["text_a"], d["text_b"]) for d in carried(page)["differences"]]
+    assert any(old.endswith("v100,fine,t;") and new and old != new for old, new in texts)
+    assert sum(not old for old, _ in texts) == 1

@@ -68,7 +68,8 @@ def _files(a: str, b: str, near: tuple[float, float]) -> tuple[Document, bool]:
         show(programs[-1].diagnostics)
     with watching(f"comparing `{a}` and `{b}`"):
         difference = compare_programs(programs[0], programs[1], *near)
-    return difference_document(Path(a).name, Path(b).name, difference), difference.equal
+    names = (Path(a).name, Path(b).name) if Path(a).name != Path(b).name else (a, b)
+    return difference_document(*names, difference, (programs[0], programs[1])), difference.equal
 
 
 def _folders(a: Path, b: Path, near: tuple[float, float], report: Path | None) -> tuple[Document, bool]:

@@ -220,6 +220,11 @@ class MotionStatement:
         return Argument(self.shape.roles[i], span, self.source.data[slice(*span)].decode("latin-1"), full_span)
 
     @property
+    def text(self) -> str:
+        """The statement as it stands in the file, on one line."""
+        return " ".join(self.source.data[slice(*self.span)].decode("latin-1").split())
+
+    @property
     def line(self) -> int:
         """Line number, from 1, on which the statement begins."""
         return self.source.row(self.span[0])

@@ -1,4 +1,5 @@
 """Two programs compared by meaning.
 
-`pairing` pairs motion statements and what stands between them; `compare` finds each `difference`.
+`pairing` pairs motion statements and what stands between them; `compare` finds each `difference`;
+`paths` has where both lead the TCP.
 """

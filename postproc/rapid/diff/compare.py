@@ -92,7 +92,8 @@ def _unpaired(x: MotionStatement | None, y: MotionStatement | None) -> Differenc
     assert present is not None
     kind: Literal["added", "removed"] = "removed" if x else "added"
     lines = x.line if x else None, y.line if y else None
-    return Difference(kind, "motion", _place(present), present.instruction, *lines)
+    texts = x.text if x else "", y.text if y else ""
+    return Difference(kind, "motion", _place(present), present.instruction, *lines, text_a=texts[0], text_b=texts[1])
 
 
 def _place(statement: MotionStatement) -> str:
@@ -110,6 +111,7 @@ def _compare(first: Side, second: Side) -> Difference:
     distance: float | None = None
     angle: float | None = None
     shift: Vec3 | None = None
+    points: tuple[Vec3, Vec3] | None = None
     at_via = False
     conf = None
     texts: dict[str, tuple[str, str]] = {}
@@ -123,6 +125,7 @@ def _compare(first: Side, second: Side) -> Difference:
                 far = math.dist(p.trans, q.trans)
                 if distance is None or far > distance:
                     distance, shift, at_via = far, subtract(q.trans, p.trans), p is one.via
+                    points = p.trans, q.trans
                 angle = max(angle or 0.0, angle_between(p.rot, q.rot))
                 if p.robconf != q.robconf:
                     conf = (p.robconf, q.robconf)
@@ -138,9 +141,8 @@ def _compare(first: Side, second: Side) -> Difference:
     texts.update({role: pair for role, pair in _arguments(x, y).items() if role not in known})
     rows = tuple((role, *pair) for role, pair in texts.items())
     place, speed = _place(y), _speeds(a, b)
-    return Difference(
-        "changed", "motion", place, y.instruction, x.line, y.line, distance, angle, conf, rows, shift, speed, at_via
-    )
+    amounts = (distance, angle, conf, rows, shift, speed, at_via)
+    return Difference("changed", "motion", place, y.instruction, x.line, y.line, *amounts, x.text, y.text, points)
 
 
 def _speeds(a: Sequence[MotionEvent], b: Sequence[MotionEvent]) -> tuple[float, float] | None:

@@ -25,6 +25,8 @@ class Difference:
         arguments: role and both texts of arguments that differ.
         at_circle_point: the circle point of an arc is farther away than its target.
         speed_mm_s: of the TCP in both, where they differ; of a weld that of its welddata.
+        text_a, text_b: the motion statement as it stands in each file, empty where it does not.
+        position_mm: of the target in both, object axes, where ``shift_mm`` is counted.
     """
 
     kind: Literal["changed", "added", "removed"]
@@ -40,6 +42,9 @@ class Difference:
     shift_mm: Vec3 | None = None
     speed_mm_s: tuple[float, float] | None = None
     at_circle_point: bool = False
+    text_a: str = ""
+    text_b: str = ""
+    position_mm: tuple[Vec3, Vec3] | None = None
 
 
 @dataclass(frozen=True)
