@@ -6,6 +6,7 @@ import numpy as np
 
 from postproc.diagnostics import joined
 from postproc.identification.planning.setups import SetupPlan
+from postproc.identification.planning.standing import from_limits
 from postproc.numbers import mm, percent_range
 from postproc.report.blocks import Chart, DataTable, Document, Section, Values
 from postproc.report.drawing.postures import posture_drawings
@@ -35,6 +36,7 @@ def first_plan_document(name: str, plan: SetupPlan) -> Document:
         "schema": "postproc/plan/1",
         "kind": plan.kind,
         "poses": len(plan.state),
+        "from_limits_deg": round(float(np.degrees(from_limits(plan.model.robot, plan.state.q))), 1),
         **{f"expected_remaining_fraction_{key}": [round(x, 3) for x in share] for key, share in plan.remaining.items()},
         "joints_unknown": [j + 1 for j in plan.unknown],
         "joints_never_loaded": [j + 1 for j in plan.unloaded],

@@ -5,13 +5,20 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
+import numpy as np
+
 from postproc.diagnostics import joined
 from postproc.identification.planning.plan import Alternative, MeasuringPlan
 from postproc.identification.planning.promise import Promise
+from postproc.identification.planning.standing import from_limits
 from postproc.model.uncertainty import parameter_name
-from postproc.report.blocks import DataTable, Document, Figure, Section
+from postproc.report.blocks import Block, Chart, DataTable, Document, Figure, Section
+from postproc.report.drawing.postures import posture_drawings
 from postproc.results.wording import parameters_text
 
+DRAWN = "Each posture from the side, the tool on the right, and from above, the base's x on the right."
+DRAWING_WIDTH = 170
+"""Pixels of a posture on the page."""
 STOPPED = "A simulation ends as soon as it is clear that nine of ten tables are not reached."
 
 
@@ -27,8 +34,30 @@ def plan_document(name: str, plan: MeasuringPlan) -> Document:
         rows = [(_poses(other), _share(other.promise)) for other in plan.alternatives]
         columns = ("measured", "simulated tables that tell them apart")
         sections = [Section("What else was simulated", [DataTable("alternatives", columns, rows)], STOPPED)]
-    title, values, sentence = f"postproc plan {name}", plan_values(plan), plan_sentence(plan)
-    return Document(title=title, values=values, sentence=sentence, figures=figures, sections=sections)
+    title, sentence, poses = f"postproc plan {name}", plan_sentence(plan), Section("Poses", _poses_blocks(plan), DRAWN)
+    near = int(np.floor(np.degrees(from_limits(plan.fit.model.robot, plan.state.q)) + 1e-6))
+    basis = (
+        f"Every joint stays {near} deg or more from its limits." if near >= 0 else "Some poses are beyond the limits."
+    )
+    return Document(
+        title=title,
+        values=plan_values(plan),
+        sentence=sentence,
+        figures=figures,
+        basis=basis,
+        sections=[poses, *sections],
+    )
+
+
+def _poses_blocks(plan: MeasuringPlan) -> list[Block]:
+    """Return the drawings of the poses, and their table."""
+    state, model = plan.state, plan.fit.model
+    drawn = Chart(lambda: posture_drawings(model, state.q, plan.ids, above=True), DRAWING_WIDTH)
+    angles = np.degrees(state.q).round(1).T.tolist()
+    loads = [None] * len(state) if state.payload_mass is None else state.payload_mass.round(3).tolist()
+    places = ["{:.0f}, {:.0f}, {:.0f}".format(*p) for p in 1e3 * plan.T_base_tcp[:, :3, 3]]
+    columns = ("", *(f"J{j} [deg]" for j in range(1, 7)), "payload [kg]", "TCP [mm]")
+    return [drawn, DataTable("poses", columns, list(zip(plan.ids, *angles, loads, places, strict=True)), brief=())]
 
 
 def plan_values(plan: MeasuringPlan) -> dict[str, Any]:
@@ -36,6 +65,7 @@ def plan_values(plan: MeasuringPlan) -> dict[str, Any]:
     return {
         "schema": "postproc/plan/1",
         "poses": len(plan.state),
+        "from_limits_deg": round(float(np.degrees(from_limits(plan.fit.model.robot, plan.state.q))), 1),
         "between": None if plan.between is None else list(plan.between),
         "told_apart": plan.resolved,
         "promise": None if plan.promise is None else asdict(plan.promise),

@@ -17,6 +17,7 @@ from postproc.report.blocks import Bar, Bars, Chart, DataTable, Document, Figure
 from postproc.report.drawing.charts import DrawnCurve, scatter, shares
 from postproc.report.drawing.columns import exact, packed
 from postproc.report.drawing.laws import Law, law_charts, laws_of
+from postproc.report.drawing.postures import posture_drawings
 from postproc.report.page import render_page
 from postproc.report.terminal import render_text
 from tests.report.build import BACKLASH, chain, line, numbers, points, sample, tables
@@ -133,6 +134,18 @@ def test_a_terminal_shows_tables_without_heads_and_what_stands_beneath_a_row() -
     ]
     page = render_page(shown)
     assert "Nothing" not in page and "size" not in re.findall(r"<dt>(.*?)</dt>", page)
+
+
+def test_a_posture_is_drawn_from_the_side_and_from_above(fitted: Fit) -> None:
+    model, q = fitted.model, fitted.problem.sensitivity.state.q[:3]
+    for drawing, row in zip(posture_drawings(model, q, ["a<1>", "b", "c"], above=True), q, strict=True):
+        x, y, z, _ = chain(model.robot.link, model.robot.axis, row)[-1] @ np.append(model.T_flange_tcp[:3, 3], 1.0)
+        limbs = re.findall(r'<path d="([^"]*)" class="line (?:limb|tool)"', drawing)
+        side, above = (np.array(re.findall(r"[ML]([-\d.]+) ([-\d.]+)", limbs[k] + limbs[k + 1]), float) for k in (0, 2))
+        tip = above[-1] - above[0]
+        assert np.arctan2(-tip[1], tip[0]) == pytest.approx(np.arctan2(y, x), abs=0.03)
+        assert (side[0, 1] - side[-1, 1]) / (side[-1, 0] - side[0, 0]) == pytest.approx(z / np.hypot(x, y), rel=0.05)
+        assert "<1>" not in drawing
 
 
 def law(fit: Fit, key: str, where: str) -> Law:

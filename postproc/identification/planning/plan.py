@@ -20,6 +20,7 @@ from postproc.estimation.solving.step import Name
 from postproc.identification.diagnose import diagnose
 from postproc.identification.planning.design import FULL_RANGE, Room, separate, sharpen
 from postproc.identification.planning.promise import Contest, Promise
+from postproc.identification.planning.standing import comfortable_range
 from postproc.identification.planning.table import as_csv, posture_columns
 from postproc.identification.refits import refit_all, without
 from postproc.measure.measurements import Measurements
@@ -193,14 +194,13 @@ def _picked(fit: Fit, pool: Problem, chosen: Sequence[int]) -> tuple[State, Arra
 def _candidates(fit: Fit, room: Room) -> State:
     """Return random states to choose from, or the room's own candidates.
 
-    Joints are uniform inside their limits, or inside the measured range where the room asks for it; approach sides,
-    payloads and directions of a force are drawn at random, payloads from those of the room, or those measured, or up to
-    the rated one where there was one alone.
+    Joints are uniform inside their limits less a margin (`comfortable_range`), or inside the measured range where the
+    room asks for it; approach sides, payloads and directions of a force are drawn at random, payloads from those of the
+    room, or those measured, or up to the rated one where there was one alone.
     """
     g = np.random.default_rng(POSES_SEED)
     robot, seen = fit.model.robot, fit.data.state
-    margin = np.deg2rad(5.0)
-    low, high = np.maximum(robot.lower + margin, -np.pi), np.minimum(robot.upper - margin, np.pi)
+    low, high = np.clip(comfortable_range(robot), -np.pi, np.pi)
     if room.measured_range:
         low, high = np.nanmin(seen.q, axis=0), np.nanmax(seen.q, axis=0)
     count = CANDIDATES if room.candidates is None else len(room.candidates)

@@ -44,6 +44,11 @@ def comfortable_range(robot: Robot) -> tuple[Array, Array]:
     return np.maximum(robot.lower + FROM_LIMITS, -LARGEST), np.minimum(robot.upper - FROM_LIMITS, LARGEST)
 
 
+def from_limits(robot: Robot, q: Array) -> float:
+    """Return the least distance [rad] of a joint from its limits at postures (n, 6), at most a turn."""
+    return float(np.minimum(q - robot.lower, robot.upper - q).min(initial=2 * np.pi))
+
+
 def random_postures(robot: Robot, count: int, g: np.random.Generator) -> Array:
     """Return postures (n, 6) [rad] anywhere in the range of the joints that is planned."""
     return g.uniform(*comfortable_range(robot), (count, 6))
