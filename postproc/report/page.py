@@ -18,13 +18,13 @@ from postproc.report.drawing.charts import bars
 
 SCRIPTS = {
     "": ("base", "table"),
-    "steps": ("flat", "flat_arm", "steps"),
+    "steps": ("vendor/three.min", "space", "arm", "steps"),
     "path": ("vendor/three.min", "vendor/uplot.min", "space", "arm", "course", "path"),
     "programs": ("programs",),
     "differences": ("vendor/three.min", "space", "differences"),
 }
 """Of every page, and of each scene."""
-STYLES = {name: name for name in ("vendor/uplot.min", "course", "programs", "differences")}
+STYLES = {name: name for name in ("vendor/uplot.min", "course", "programs", "differences", "steps")}
 """Style sheets by the script that needs them."""
 
 

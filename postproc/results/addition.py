@@ -13,11 +13,18 @@ from postproc.identification.add import LEAST_FALL, Addition, FitFigures
 from postproc.measure.errors import rms
 from postproc.model.uncertainty import predict_sigma
 from postproc.numbers import mm
-from postproc.report.blocks import Bar, Bars, Chart, Columns, DataTable, Document, Figure, Scene, Section, Values, View
+from postproc.report.blocks import Bar, Bars, DataTable, Document, Figure, Section, Values, View
 from postproc.report.drawing.residuals import channel_sections
-from postproc.report.drawing.steps import Rung, distance_chart, steps_data
-from postproc.results.comparison import workspace_section
-from postproc.results.fit import error_values, fit_values, known_of, laws_in_symbols, parameter_table
+from postproc.report.drawing.steps import Rung, steps_data
+from postproc.results.comparison import steps_scene, workspace_section
+from postproc.results.fit import (
+    error_values,
+    fit_values,
+    known_of,
+    laws_in_symbols,
+    parameter_sections,
+    parameter_table,
+)
 from postproc.results.wording import SMOOTH_FUNCTIONS
 
 HARDLY_ANY = 0.05
@@ -30,8 +37,8 @@ HOLDS = (
     "which the model before the addition is off most differently."
 )
 FALL = (
-    "Step through the model with the slider, the arrow keys or a click on a bar: the laws, the residuals in space, the "
-    "charts and the sample targets are those of the step."
+    "Step through the model with the buttons, the arrow keys or a click on a bar: laws, residuals in space, charts and "
+    "sample targets are those of the step."
 )
 
 
@@ -61,7 +68,6 @@ def addition_document(name: str, addition: Addition) -> Document:
 
     ladder = [bar(step.name if k else BASE_LABEL, step.fit, step.share) for k, step in enumerate(addition.ladder)]
     bars = Bars(ladder, dashed, unit=kind.unit, steps=[level.name for level in ladder])
-    distances = Chart(lambda: [distance_chart(fit, dashed, held_out=not unnamed)])
     without = [bar(f"without {key}", f) for key, f in addition.without.items()]
     worth = Bars(without, dashed, unit=kind.unit)
     return Document(
@@ -74,15 +80,16 @@ def addition_document(name: str, addition: Addition) -> Document:
             Figure("noise" if noise else SMOOTH_FUNCTIONS, floor, unit=kind.unit),
         ],
         sections=[
-            Section(f"The error step by step, {each} on {rows}", [Columns([bars, distances], [View("laws")])], FALL),
+            Section(f"The error step by step, {each} on {rows}", [bars, View("evidence")], FALL),
             Section("Where it holds", [_where(values["regions"])], HOLDS),
-            *workspace_section(kind.name, "Where it is off, at this step", program=True),
+            *workspace_section(kind.name, "What it follows, at this step", program=True),
             Section(f"What each effect is worth, {each} on {rows}", [worth], EACH_NOTE),
             *channel_sections(fit, "What the rest follows", folded=True),
             Section("What to know of this fit", [*laws_in_symbols(fit), *known_of(fit)]),
+            *parameter_sections(fit, added),
             Section("Parameters", [parameter_table(fit, [e.key for e in fit.model.effects], brief=True)], folded=True),
         ],
-        scene=Scene("steps", lambda: steps_data(_rungs(addition), added, dashed), "controls"),
+        scene=steps_scene(kind.name, lambda: steps_data(_rungs(addition), added, dashed), several=True),
     )
 
 
@@ -179,5 +186,6 @@ def _rungs(addition: Addition) -> list[Rung]:
     for k, step in enumerate(addition.ladder):
         fit = step.fit if isinstance(step.fit, Fit) else evaluate(step.model, addition.fit.data)
         error = step.fit.rms if addition.fit.unnamed else step.fit.held_out_rms
-        rungs.append(Rung(step.name if k else BASE_LABEL, fit, error))
+        known = isinstance(step.fit, Fit) and not addition.fit.unnamed
+        rungs.append(Rung(step.name if k else BASE_LABEL, fit, error, known))
     return rungs

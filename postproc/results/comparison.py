@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -11,16 +12,16 @@ from postproc.estimation.findings import subsample_findings
 from postproc.identification.compare import Comparison, Trend, sizes, worst_rows
 from postproc.measure.errors import rms
 from postproc.numbers import mm, mm_or_none
-from postproc.report.blocks import Bar, Bars, Chart, Columns, DataTable, Document, Figure, Scene, Section, Values, View
+from postproc.report.blocks import Bar, Bars, Chart, DataTable, Document, Figure, Scene, Section, Values, View
 from postproc.report.drawing.laws import law_charts, laws_of
 from postproc.report.drawing.residuals import channel_sections
-from postproc.report.drawing.steps import Rung, distance_chart, steps_data
+from postproc.report.drawing.steps import Rung, steps_data
 from postproc.results.fit import excluded_rows, noise_values
 from postproc.results.wording import SMOOTH_FUNCTIONS
 
-IN_SPACE = (
-    "Beside it the channels that stand out. Points: each pose, less the mean; red: means with their standard errors; "
-    "rings: the worst poses; grey: twice the noise."
+FOLLOWS = (
+    "The channels that stand out. Points: each pose, less the mean; lines: means with their standard errors; rings: "
+    "the worst poses; grey: twice the noise."
 )
 GREY = (
     "Grey: what a smooth function of all channels, without physics, reaches on rows that it has not seen. "
@@ -46,7 +47,6 @@ def comparison_document(name: str, comparison: Comparison) -> Document:
     followed = DataTable("shares", ("channel", "at", "explains"), follows, range(min(FOLLOWED, len(follows))))
     error, bound = values[kind.key("rms")], values[kind.key("bound")]
     bars = Bars([Bar("this model", error), Bar(SMOOTH_FUNCTIONS, bound)], noise, SMOOTH_FUNCTIONS, kind.unit)
-    distances = Chart(lambda: [distance_chart(fit, noise, held_out=False)])
     laws = Chart(lambda: law_charts(laws_of(fit, [e.key for e in fit.model.effects])), 320)
     many = [f"{d.message[0].upper()}{d.message[1:]}." for d in subsample_findings(fit.data)]
     known = [_without_physics(error, bound, noise, each), *many, *excluded_rows(fit)]
@@ -60,15 +60,15 @@ def comparison_document(name: str, comparison: Comparison) -> Document:
             Figure(f"noise per {kind.each}", noise, unit=kind.unit),
         ],
         sections=[
-            Section(f"How far, and how far it could be, rms in {each}", [Columns([bars], [distances]), *known], GREY),
-            *workspace_section(kind.name, "Where it is off"),
+            Section(f"How far, and how far it could be, rms in {each}", [bars, View("evidence"), *known], GREY),
+            *workspace_section(kind.name, "What it follows most"),
             Section("Worst poses", [worst_poses]),
             *channel_sections(fit, "What it follows: every channel", folded=kind.name == "position"),
             Section("Figures", _figures(values, comparison)),
             Section("Laws that the model holds", [laws], "At these poses.", folded=True),
             Section("What the residual follows: share of its variance above chance", [followed], folded=True),
         ],
-        scene=Scene("steps", lambda: steps_data([Rung("this model", fit, fit.rms)], (), noise)),
+        scene=steps_scene(kind.name, lambda: steps_data([Rung("this model", fit, fit.rms, held_out=False)], (), noise)),
     )
 
 
@@ -145,7 +145,17 @@ def workspace_section(observed: str, title: str, program: bool = False) -> list[
         observed: what was measured: ``position``, ``orientation`` or ``joint``. title: of the section.
         program: also show six poses as targets of a program, as each step of the model would correct them.
     """
-    return [Section(title, [View("program" if program else "space")], IN_SPACE)] if observed == "position" else []
+    return [Section(title, [View("program" if program else "charts")], FOLLOWS)] if observed == "position" else []
+
+
+def steps_scene(observed: str, steps: Callable[[], Values], several: bool = False) -> Scene:
+    """Return the scene of a page with steps: residuals in space, or without measured positions the controls alone.
+
+    Args:
+        observed: what was measured. steps: returns ``steps_data``. several: there is more than one step.
+    """
+    space = observed == "position"
+    return Scene("steps", steps, "controls" if several and not space else "", "stage" if space else "")
 
 
 def _sentence(comparison: Comparison, values: Values) -> str:

@@ -19,12 +19,19 @@ from postproc.identification.joint_curves import JointCurve, curves
 from postproc.identification.screen.candidate import Candidate
 from postproc.measure.errors import rms
 from postproc.numbers import mm, mm_or_none
-from postproc.report.blocks import Bar, Bars, Chart, Columns, DataTable, Document, Figure, Scene, Section, Values, View
+from postproc.report.blocks import Bar, Bars, Chart, DataTable, Document, Figure, Section, Values, View
 from postproc.report.drawing.residuals import channel_sections, suspect_chart
-from postproc.report.drawing.steps import Rung, distance_chart, steps_data
+from postproc.report.drawing.steps import Rung, steps_data
 from postproc.results.addition import BASE_LABEL
-from postproc.results.comparison import workspace_section
-from postproc.results.fit import effect_values, noise_values, parameter_table, sentence_of, undetermined_sentences
+from postproc.results.comparison import steps_scene, workspace_section
+from postproc.results.fit import (
+    effect_values,
+    noise_values,
+    parameter_sections,
+    parameter_table,
+    sentence_of,
+    undetermined_sentences,
+)
 from postproc.results.sentences import MOST_RIVALS_NAMED, doubts, headline, title
 from postproc.results.wording import SMOOTH_FUNCTIONS, p_text, percent, place
 
@@ -62,7 +69,7 @@ def diagnosis_document(name: str, d: Diagnosis) -> Document:
         rungs.append(Rung("with what is missing", d.model, d.final.held_out_rms))
     steps = cache(lambda: steps_data(rungs, [m.key for m in d.missing], floor))
     suspected = [(s.channel, s.where) for s in d.remaining]
-    strongest = Chart(lambda: [suspect_chart(d.searched, s, d.floor) for s in d.remaining[:1] if d.missing])
+    strongest = Chart(lambda: [suspect_chart(d.searched, s, d.floor) for s in d.remaining[:1] if d.missing], 300)
     law = [f"In symbols: {'; '.join(s['law'])}" for s in values["suspects"][:1]]
     blind = DataTable("not shown", ("effect", "why"), list(d.blind.items()))
     return Document(
@@ -82,13 +89,14 @@ def diagnosis_document(name: str, d: Diagnosis) -> Document:
                 "Also to know", [*doubts(d), *undetermined_sentences(d.model), *map(sentence_of, unphysical(d.model))]
             ),
             _missing_section(d),
+            *parameter_sections(d.model, [m.key for m in d.missing]),
             Section("What remains follows", [strongest, suspect_table(d.remaining), *law], REMAINING_NOTE),
-            *workspace_section(kind.name, "Where it is off", program=bool(d.missing)),
+            *workspace_section(kind.name, "What it follows, at this step", program=bool(d.missing)),
             *channel_sections(d.final, "What the rest follows", suspected, folded=kind.name == "position"),
             _ranking(d, values),
             Section(BLIND, [blind], folded=True),
         ],
-        scene=Scene("steps", steps, "controls" if d.missing else ""),
+        scene=steps_scene(kind.name, steps, several=bool(d.missing)),
     )
 
 
@@ -212,8 +220,6 @@ def _ladder(d: Diagnosis, values: Values, steps: Any) -> Section:
     rungs.append(Bar(SMOOTH_FUNCTIONS, 1e3 * d.bound))
     bars = Bars(rungs, floor, SMOOTH_FUNCTIONS, kind.unit, names if len(names) > 1 else ())
 
-    distances = Chart(lambda: [distance_chart(d.final, floor, held_out=True)])
-
     def without_laws() -> list[str]:
         """Return the chart of the strongest curve, if no effect's curve can be drawn in its place."""
         laws = any(step["laws"] for step in steps()["steps"])
@@ -221,7 +227,7 @@ def _ladder(d: Diagnosis, values: Values, steps: Any) -> Section:
 
     return Section(
         f"The error on rows that the fit has not seen, {kind.unit} per {kind.each}",
-        [Columns([bars, distances], [View("laws"), Chart(without_laws)])],
+        [bars, View("evidence"), Chart(without_laws, 300)],
         f"{NOISE if floor else ''}{GREY_NOTE}",
     )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from itertools import chain
 
 import numpy as np
@@ -17,9 +17,19 @@ from postproc.identification.add import FitFigures
 from postproc.measure.errors import distances
 from postproc.model.uncertainty import parameter_name
 from postproc.numbers import mm, mm_or_none, percent_range
-from postproc.report.blocks import DataTable, Document, Figure, Section, Values
-from postproc.results.wording import known_values, parameter_rows, parameters_text
+from postproc.report.blocks import Chart, DataTable, Document, Figure, Section, Values
+from postproc.report.drawing.parameters import correlated_pairs, correlation_map, drawn_parameters, parameter_chart
+from postproc.results.wording import known_values, named_values, parameter_rows, parameters_text
 
+BESIDE_PRIOR = (
+    "Dot and bar: estimate and 95 % interval; grey: 95 % interval of the prior. The axis counts standard deviations of "
+    "the prior from its value, of springs in logarithms. Hollow: these rows say less than half, the prior stays."
+)
+CORRELATED = (
+    "Correlations of the estimates: coloured together, dark against each other. Rows that move the one without the "
+    "other tell them apart (`postproc plan`)."
+)
+PAIR_COLUMNS = ("parameter", "with", "correlation", "what these rows tell")
 REMAINING = (
     "Of the deflection under these loads {} was expected to remain after a correction with the stiffness of the arm's "
     "type; with this model it is {}. Of that by the loads alone, without the weight of the links, it was {} and is {}"
@@ -117,6 +127,22 @@ def parameter_table(fit: Fit, keys: Iterable[str], brief: bool = False) -> DataT
     """
     rows = [row for key in keys for row in parameter_rows(fit, key)]
     return DataTable("parameters", ("effect", "parameter", "value ± 1 σ", "unit"), rows, () if brief else None)
+
+
+def parameter_sections(fit: Fit, first: Sequence[str]) -> list[Section]:
+    """Return the sections of a page with the parameters of a fit beside their priors, and their correlations.
+
+    Args:
+        first: keys of effects that come before the others.
+    """
+    keys = [*first, *(e.key for e in fit.model.effects if e.key not in first and e.role is not Role.SETUPS)]
+    words = named_values(fit, keys)
+    chart = Chart(lambda: [parameter_chart(drawn_parameters(fit, words))])
+    pairs = DataTable("correlations", PAIR_COLUMNS, correlated_pairs(fit, words, first), brief=())
+    return [
+        Section("Parameters, beside what was known before", [chart], BESIDE_PRIOR),
+        Section("Parameters that go together", [Chart(lambda: [correlation_map(fit, words)]), pairs], CORRELATED),
+    ]
 
 
 def fit_values(fit: Fit, before: Values | None = None) -> Values:

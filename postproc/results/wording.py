@@ -60,6 +60,21 @@ def known_values(fit: Fit, key: str) -> Iterator[tuple[int, str]]:
         yield i, f"{in_words(type(effect), name)}, {with_sigma(value, sigma)} {unit}".rstrip()
 
 
+def named_values(fit: Fit, keys: Iterable[str]) -> dict[tuple[str, int], tuple[str, str]]:
+    """Return ``half_gap[2]`` and ``0.109 ± 0.001 mrad`` of every parameter of some effects, by effect key and index.
+
+    Args:
+        keys: of the effects; those that the model lacks have none.
+    """
+    words: dict[tuple[str, int], tuple[str, str]] = {}
+    for key in keys:
+        if (effect := fit.model.effect(key)) is not None:
+            values = zip(_stated_entries(fit, effect), fitted_values(fit, key), strict=True)
+            for i, (name, value, sigma, unit) in values:
+                words[key, i] = name, f"{with_sigma(value, sigma)} {unit}".rstrip()
+    return words
+
+
 def parameter_rows(fit: Fit, key: str, most: int = SINGLY) -> list[tuple[str, str, str, str]]:
     """Return rows of effect, ``half_gap[2]``, ``0.109 ± 0.001`` and ``mrad`` for every fitted parameter.
 

@@ -1,196 +1,187 @@
 "use strict";
-// Watch the error fall: from the model as it came through each added effect, everything on the page changes together.
+// A model step by step: as it came, with each effect that was found, or the first and the last beside each other.
 
 const FALL = 450; // milliseconds that the residuals take from one step to the next
+const BOTH = -1; // the step at which the first and the last are shown beside each other
 
+/** Residuals at the drawn poses, for every step. */
 class Residuals {
   constructor(packed) {
-    Object.assign(this, { steps: packed.steps, label: packed.label, unit: packed.unit });
-    this.p = numbers(packed.p);
-    this.q = numbers(packed.q);
-    this.n = packed.label.length;
-    this.arm = new Arm(packed.arm);
+    Object.assign(this, { steps: packed.steps, label: packed.label, unit: packed.unit, n: packed.label.length, p: numbers(packed.p), q: numbers(packed.q) });
     this.away = packed.steps.map((step) => numbers(step.away));
-    this.size = this.away.map(lengths);
-    this.now = Float32Array.from(this.away[this.away.length - 1]);
-    const sorted = Float32Array.from(this.size[0]).sort();
-    this.scale = sorted[Math.floor(0.98 * (this.n - 1))] || 1e-3; // the base decides, so that a fall is seen
-    this.box = boxOf(this.p);
-    const reach = Math.hypot(...this.box[0].map((x, i) => this.box[1][i] - x)) || 1;
-    this.usual = (0.07 * reach * 1000) / this.scale;
-    this.times = Number(this.usual.toPrecision(1));
+    const sorted = lengths(this.away[0]).sort(); // the base decides, so that a fall is seen
+    const side = (k) => component(this.p, 3, k), reach = Math.hypot(...[0, 1, 2].map((k) => Math.max(...side(k)) - Math.min(...side(k)))) || 1;
+    this.usual = Number(((70 * reach) / (sorted[Math.floor(0.98 * (this.n - 1))] || 1e-3)).toPrecision(1));
+    this.times = address.number("times") || this.usual;
     this.forces = packed.steps.map((step) => step.forces.map((one) => ({ ...one, wrench: numbers(one.wrench) })));
     this.strongest = Math.max(1e-9, ...this.forces.flat().map(({ wrench }) => largest(lengths(wrench.filter((_, k) => k % 6 < 3)))));
     this.chosen = new Choice(-1);
-    this.step = packed.steps.length - 1;
     this.rows = Array.from({ length: this.n }, (_, i) => i);
   }
 }
 
 class ResidualScene {
-  constructor(all) {
+  constructor(host, all, packed) {
     this.all = all;
-    this.box = all.box;
-    this.label = "Residuals where they were measured, drawn larger than they are.";
+    const space = this.space = new Space(host, { label: "Residuals where they were measured, drawn larger than they are.", near: (x, y) => this.near(x, y) });
+    if (!space.works) return;
+    space.scene.add(floor(space));
+    this.vectors = { came: space.lines(this.ends(all.away[0]), { color: "--before", width: 1.8 }), found: space.lines(this.ends(all.away[0]), { color: "--after", width: 1.8 }) };
+    this.pulls = space.lines(new Float32Array(6), { color: "--ink", width: 3 });
+    this.dot = space.tag("dot");
+    this.names = [0, 1, 2, 3].map(() => space.tag());
+    this.arm = new Arm(space, packed.arm);
+    this.arm.group.visible = this.pulls.visible = false;
+    space.scene.add(...Object.values(this.vectors), this.pulls, this.arm.group);
+    this.now = Float32Array.from(all.away[0]);
+    space.frame(all.p, [0.7, -0.7, 0.5]);
+    space.recall();
   }
 
-  draw(space, pen) {
-    space.floor(pen);
-    const { all } = this, at = space.projection(), k = all.times / 1000;
-    if (all.chosen.value >= 0) this.arm(space, pen, all.arm.joints(all.q, all.chosen.value, all.chosen.value));
-    const bins = Array.from({ length: SHADES }, () => []);
-    for (let i = 0; i < all.n; i++) {
-      const [x, y, z] = [all.p[3 * i], all.p[3 * i + 1], all.p[3 * i + 2]], d = all.now.subarray(3 * i, 3 * i + 3);
-      const size = Math.hypot(...d);
-      const bin = Math.min(SHADES - 1, Math.floor(SHADES * Math.min(size / all.scale, 1)) || 0);
-      bins[bin].push(at(x, y, z), at(x + k * d[0], y + k * d[1], z + k * d[2]));
+  /** Ends of the vectors of some residuals [mm]. */
+  ends(away) {
+    const { p, n, times } = this.all, made = new Float32Array(6 * n);
+    for (let i = 0; i < 3 * n; i++) {
+      const k = 6 * Math.floor(i / 3) + (i % 3);
+      made[k] = p[i];
+      made[k + 3] = p[i] + (times / 1000) * (away[i] || 0);
     }
-    bins.forEach((ends, b) => {
-      pen.strokeStyle = pen.fillStyle = shade(b / (SHADES - 1));
-      pen.lineWidth = 1.4;
-      pen.beginPath();
-      for (let j = 0; j < ends.length; j += 2) arrow(pen, ends[j], ends[j + 1]);
-      pen.stroke();
-      for (let j = 0; j < ends.length; j += 2) pen.fillRect(ends[j][0] - 1.3, ends[j][1] - 1.3, 2.6, 2.6);
-    });
-    const i = all.chosen.value;
-    if (i < 0) return;
-    const [x, y] = at(all.p[3 * i], all.p[3 * i + 1], all.p[3 * i + 2]);
-    pen.strokeStyle = css("--accent"); pen.lineWidth = 2.5;
-    pen.beginPath(); pen.arc(x, y, 8, 0, 7); pen.stroke();
+    return made;
   }
 
-  /** The arm, and the forces on its bodies along their lines of action, each where that is nearest to its body. */
-  arm(space, pen, joints) {
-    const { all } = this, at = space.projection(), i = all.chosen.value, named = new Set();
-    joints[joints.length - 1] = [...all.p.subarray(3 * i, 3 * i + 3)]; // the tool as it was fitted
-    all.arm.draw(space, pen, joints);
-    for (const { name, body, wrench } of all.forces[all.step]) {
-      const [fx, fy, fz, mx, my, mz] = wrench.subarray(6 * i, 6 * i + 6), f = [fx, fy, fz], o = joints[Math.min(body, 7)];
-      const size = Math.hypot(...f);
-      if (size < 1e-3 * all.strongest) continue;
-      const m = cross(o, f).map((c, k) => [mx, my, mz][k] - c); // about the body
-      const c = cross(f, m).map((x, k) => o[k] + x / size ** 2);
-      const tip = c.map((x, k) => x + (0.45 * f[k]) / all.strongest);
-      pen.strokeStyle = pen.fillStyle = css("--curve");
-      pen.lineWidth = 3;
-      pen.beginPath(); arrow(pen, at(...c), at(...tip)); pen.stroke();
-      pen.beginPath(); pen.arc(...at(...c), 4, 0, 7); pen.fill();
-      if (named.has(name)) continue; // a pull between two bodies is told once
-      named.add(name);
-      pen.font = "600 13px system-ui, sans-serif"; pen.textAlign = "left"; pen.textBaseline = "middle";
-      const [x, y] = at(...c), text = `${name}: ${short(Math.round(size))} N`;
-      pen.lineWidth = 4; pen.strokeStyle = css("--paper");
-      pen.strokeText(text, x + 8, y - 12); pen.fillText(text, x + 8, y - 12);
+  show(step, slowly) {
+    this.step = step;
+    if (!this.space.works) return;
+    const { all } = this, last = all.steps.length - 1, to = all.away[step === BOTH ? last : step];
+    this.vectors.came.visible = step === BOTH || step === 0;
+    this.vectors.found.visible = step !== 0;
+    this.vectors.came.geometry.setPositions(this.ends(all.away[0]));
+    const from = Float32Array.from(this.now), start = performance.now();
+    const put = (part) => {
+      for (let i = 0; i < to.length; i++) this.now[i] = from[i] + part * (to[i] - from[i]);
+      this.vectors.found.geometry.setPositions(this.ends(this.now));
+      this.space.later();
+    };
+    this.choose(all.chosen.value);
+    if (!slowly || matchMedia("(prefers-reduced-motion: reduce)").matches) { put(1); return; }
+    const go = (now) => {
+      if (this.step !== step) return;
+      const part = Math.min((now - start) / FALL, 1);
+      put(part * part * (3 - 2 * part));
+      if (part < 1) requestAnimationFrame(go);
+    };
+    requestAnimationFrame(go);
+  }
+
+  /** The arm at a pose, and the forces on its bodies along their lines of action, each where that is nearest to its body. */
+  choose(i) {
+    const { all, space, arm } = this;
+    if (!space.works) return;
+    Object.assign(this.dot, { shown: i >= 0, at: i < 0 ? [0, 0, 0] : [...all.p.subarray(3 * i, 3 * i + 3)] });
+    arm.group.visible = i >= 0;
+    const ends = [], told = new Map();
+    if (i >= 0) {
+      arm.pose(all.q, i, 0);
+      const places = arm.places(), steps = this.step === BOTH ? all.steps.length - 1 : this.step ?? 0;
+      for (const { name, body, wrench } of all.forces[steps]) {
+        const [f, moment] = [wrench.subarray(6 * i, 6 * i + 3), wrench.subarray(6 * i + 3, 6 * i + 6)].map((v) => new THREE.Vector3(...v)), size = f.length();
+        if (size < 1e-3 * all.strongest) continue;
+        const o = new THREE.Vector3().fromArray(places, 3 * Math.min(body, 7)), m = moment.sub(o.clone().cross(f)); // about the body
+        const c = o.addScaledVector(f.clone().cross(m), 1 / size ** 2), tip = c.clone().addScaledVector(f, 0.45 / all.strongest);
+        ends.push(...c.toArray(), ...tip.toArray());
+        if (!told.has(name)) told.set(name, [tip.toArray(), `${name}: ${short(Math.round(size))} N`]); // a pull between two bodies is told once
+      }
     }
+    this.pulls.visible = ends.length > 0;
+    if (ends.length) this.pulls.geometry.setPositions(Float32Array.from(ends));
+    this.names.forEach((tag, k) => { const [at, text] = [...told.values()][k] || [[0, 0, 0], ""]; Object.assign(tag, { at, text, shown: Boolean(text) }); });
+    space.later();
   }
 
-  near(space, x, y) {
-    const { all } = this, i = nearest(space, all.p, all.rows, x, y);
+  near(x, y) {
+    const { all } = this, i = this.space.nearest(all.p, all.rows, x, y);
     if (i < 0) return null;
-    const d = [...all.away[all.step].subarray(3 * i, 3 * i + 3)];
-    return { text: `${all.label[i]}\n${mm(Math.hypot(...d))} off (${d.map((c) => c.toFixed(3)).join(", ")})`, pick: () => all.chosen.set(i, "space") };
+    const size = (k) => `${Math.hypot(...all.away[k].subarray(3 * i, 3 * i + 3)).toFixed(3)} mm`, last = all.steps.length - 1;
+    return { text: `${all.label[i]}\n${last ? `${size(0)} off as it came, ${size(last)} with what was found` : `${size(0)} off`}`, pick: () => all.chosen.set(i, "space") };
   }
 
-  armBox() {
-    const joints = this.all.arm.joints(this.all.q, Math.max(this.all.chosen.value, 0), 0);
-    return boxOf([...joints.flat(), ...this.box[0], ...this.box[1]]);
+  buttons() {
+    return this.space.buttons({ "all poses": () => [this.all.p, null], "with the arm": () => [[...this.all.p, ...(this.all.chosen.value < 0 ? [0, 0, 0] : this.arm.places())], null] });
   }
-}
-
-const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-
-function arrow(pen, from, to) {
-  pen.moveTo(...from); pen.lineTo(...to);
-  const dx = to[0] - from[0], dy = to[1] - from[1], size = Math.hypot(dx, dy);
-  if (size < 5) return;
-  const head = Math.min(0.35 * size, 6) / size;
-  pen.moveTo(to[0] - head * (dx - 0.5 * dy), to[1] - head * (dy + 0.5 * dx));
-  pen.lineTo(...to);
-  pen.lineTo(to[0] - head * (dx + 0.5 * dy), to[1] - head * (dy - 0.5 * dx));
 }
 
 function showSteps() {
   const packed = data("steps");
   if (!packed) return;
-  const place = (name) => document.querySelector(`[data-steps="${name}"]`), steps = packed.steps;
-  const step = new Choice(steps.length - 1);
-  let all = null, space = null;
-  if (place("space") && steps[0].away) {
+  const place = (name) => document.querySelector(`[data-steps="${name}"]`), { steps } = packed, last = steps.length - 1;
+  document.documentElement.classList.add("measured");
+  const step = new Choice(null);
+  let all = null, scene = null;
+  if (place("space")) {
     all = new Residuals(packed);
-    space = new Space(place("space"), new ResidualScene(all));
-    residualControls(place("view"), all, space, packed);
-    all.chosen.listen((i) => { space.later(); announce(all.label[i]); });
+    scene = new ResidualScene(place("space"), all, packed);
+    residualControls(place("view"), place("legend"), all, scene, packed);
+    all.chosen.listen((i) => { scene.choose(i); announce(all.label[i]); });
   }
-  const charts = place("charts"), laws = place("laws"), program = place("program");
-  const show = (k, from) => {
-    if (charts) charts.innerHTML = steps[k].charts.join("") || "<p>No channel stands out.</p>";
-    if (laws) laws.innerHTML = steps[k].laws.join("");
-    if (program) program.replaceChildren(...sampleProgram(steps, k));
-    if (all) fall(all, space, k, from !== "start");
-    document.querySelectorAll(".bars [data-step]").forEach((bar) => bar.classList.toggle("here", Number(bar.dataset.step) === k));
-    if (from !== "start") announce(`${steps[k].name}: ${steps[k].error.toFixed(3)} ${packed.unit}`);
-  };
-  step.listen(show);
+  const some = (name, k) => (k === BOTH ? [0, last] : [k]).map((i) => [steps[i][name], i]);
+  const pictures = (list) => list.filter(([svg]) => svg).map(([svg, i]) => `<div class="${i ? "found" : "came"}">${svg}</div>`).join("");
+  step.listen((k, from) => {
+    const shown = k === BOTH ? last : k, [charts, evidence, program] = ["charts", "evidence", "program"].map(place);
+    if (charts) charts.innerHTML = pictures(steps[0].charts.flatMap((_, c) => some("charts", k).map(([svg, i]) => [svg[c], i]))) || "<p>No channel stands out.</p>";
+    if (evidence) evidence.innerHTML = pictures([[k === BOTH ? packed.distances : steps[k].distances, shown], ...steps[shown].laws.map((law) => [law, shown])]);
+    if (program) program.replaceChildren(...sampleProgram(steps, shown));
+    scene?.show(k, from !== "start");
+    document.querySelectorAll(".bars [data-step]").forEach((bar) => bar.classList.toggle("here", k === BOTH ? [0, last].includes(Number(bar.dataset.step)) : Number(bar.dataset.step) === k));
+    if (from !== "start") { address.set("step", k); announce(stepWords(steps, k, packed.unit)); }
+  });
   document.querySelectorAll(".bars [data-step]").forEach((bar) => bar.addEventListener("click", () => step.set(Number(bar.dataset.step), "bar")));
-  if (steps.length > 1) stepControls(place("controls"), step, packed);
-  show(step.value, "start");
+  if (last && place("controls")) stepControls(place("controls"), step, packed);
+  const asked = address.number("step");
+  step.set(asked !== null && asked >= BOTH && asked <= last ? asked : last ? BOTH : 0, "start");
   worstTable(packed, all);
 }
 
-/** Let the residuals go from where they are to those of a step. */
-function fall(all, space, k, slowly) {
-  all.step = k;
-  const from = Float32Array.from(all.now), to = all.away[k], start = performance.now();
-  if (!slowly || matchMedia("(prefers-reduced-motion: reduce)").matches) { all.now.set(to); space.later(); return; }
-  const go = (now) => {
-    if (all.step !== k) return;
-    const part = Math.min((now - start) / FALL, 1), smooth = part * part * (3 - 2 * part);
-    for (let i = 0; i < to.length; i++) all.now[i] = from[i] + smooth * (to[i] - from[i]);
-    space.later();
-    if (part < 1) requestAnimationFrame(go);
-  };
-  requestAnimationFrame(go);
-}
+const stepWords = (steps, k, unit) => (k === BOTH ? `${steps[0].error.toFixed(3)} \u2192 ${steps[steps.length - 1].error.toFixed(3)} ${unit}` : `${steps[k].error.toFixed(3)} ${unit}`);
 
 function stepControls(host, step, { steps, unit }) {
-  const last = steps.length - 1;
-  const slider = element("input", { type: "range", min: "0", max: String(last), value: String(last), "aria-label": "step of the model" });
-  const said = element("output", { class: "step" });
-  const go = (by) => step.set(Math.min(Math.max(step.value + by, 0), last), "button");
-  slider.addEventListener("input", () => step.set(Number(slider.value), "slider"));
-  const tell = (k) => {
-    slider.value = String(k);
-    slider.setAttribute("aria-valuetext", steps[k].name);
-    said.replaceChildren(element("b", {}, `${steps[k].error.toFixed(3)} ${unit}`), ` ${steps[k].name}`);
-  };
-  step.listen(tell);
-  tell(step.value);
+  const last = steps.length - 1, order = [0, BOTH, ...steps.keys()].filter((k, i, every) => every.indexOf(k) === i);
+  const names = new Map(order.map((k) => [k, k === BOTH ? "both" : k ? steps[k].name : "as it came"]));
+  const group = element("span", { class: "buttons", role: "group", "aria-label": "step of the model" },
+    ...order.map((k) => button(names.get(k), () => step.set(k, "button"), { "data-shows": k })));
+  const told = element("output", { class: "step" });
+  step.listen((k) => {
+    for (const one of group.children) one.setAttribute("aria-pressed", Number(one.dataset.shows) === k);
+    told.textContent = stepWords(steps, k, unit);
+    told.className = `step ${k === BOTH ? "" : k ? "found" : "came"}`;
+  });
   addEventListener("keydown", (e) => {
     if (e.target !== document.body || !["ArrowLeft", "ArrowRight"].includes(e.key)) return;
-    go(e.key === "ArrowLeft" ? -1 : 1);
+    const at = order.indexOf(step.value) + (e.key === "ArrowLeft" ? -1 : 1);
+    step.set(order[Math.min(Math.max(at, 0), order.length - 1)], "key");
   });
-  const play = element("button", { type: "button" }, "watch the error fall");
-  play.addEventListener("click", () => {
+  const play = button("watch the error fall", () => {
     step.set(0, "play");
     for (let k = 1; k <= last; k++) setTimeout(() => step.set(k, "play"), 1300 * k);
   });
-  host.append(element("button", { type: "button", "aria-label": "step back", onclick: () => go(-1) }, "\u25C0"), slider,
-    element("button", { type: "button", "aria-label": "step on", onclick: () => go(1) }, "\u25B6"), said, play);
+  host.append(group, told, play);
 }
 
-function residualControls(host, all, space, packed) {
-  const out = element("output"), times = element("input", { type: "range", min: "0", max: "100", value: "50", "aria-label": "how many times as large the residuals are drawn" });
-  const set = () => {
+function residualControls(host, legend, all, scene, packed) {
+  if (!scene.space.works) return;
+  const out = element("output"), times = element("input", { type: "range", min: "0", max: "100", "aria-label": "how many times as large the residuals are drawn" });
+  times.value = 50 + 25 * Math.log10(all.times / all.usual);
+  const tell = () => { out.textContent = `${thousands(all.times)} times as large`; };
+  times.addEventListener("input", () => {
     all.times = Number((all.usual * 10 ** ((times.value - 50) / 25)).toPrecision(1));
-    out.textContent = `${thousands(all.times)} times as large`;
-    space.later();
-  };
-  times.addEventListener("input", set);
-  set();
-  const part = packed.drawn < packed.of ? ` ${thousands(packed.drawn)} of ${thousands(packed.of)} poses, the worst among them.` : "";
-  host.append(element("label", {}, element("span", {}, "residual"), times, out), lookButtons(space, { "all poses": all.box, "with the arm": () => space.scene.armBox() }),
-    legend(all.scale, packed.unit), element("span", { class: "legend" }, part));
+    address.set("times", all.times);
+    scene.show(scene.step, false);
+    tell();
+  });
+  tell();
+  host.append(scene.buttons(), element("label", {}, "residual", times, out));
+  const key = (name, text) => element("span", {}, element("i", { class: name }), text);
+  legend.append(key("before", all.steps.length > 1 ? "residual as it came" : "residual"), ...(all.steps.length > 1 ? [key("after", "with what was found")] : []),
+    element("span", {}, `From the predicted position along measured minus predicted; a click shows the arm there.${packed.drawn < packed.of ? ` ${thousands(packed.drawn)} of ${thousands(packed.of)} poses, the worst among them.` : ""}`));
 }
 
 /** Targets as the controller would get them; figures that are not those of the step before stand out. */

@@ -30,10 +30,12 @@ from postproc.measure.measurements import Measurements
 from postproc.measure.read.table import read_measurements
 from postproc.model.arm import Model
 from postproc.model.file import default_model
+from postproc.rapid.diff.compare import compare_programs
 from postproc.rapid.diff.difference import Difference, FileDiff, ProgramDiff
+from postproc.rapid.program.program import read_program
 from postproc.report.page import render_page
 from postproc.results.conversion import conversion_document
-from postproc.results.difference import folders_document
+from postproc.results.difference import difference_document, folders_document
 from postproc.runtime.passes import correct_program
 from postproc.tasks.task import Task
 from tests.independent.arm import rotation, transform
@@ -115,6 +117,13 @@ def folders_page() -> str:
         FileDiff(f"RAPID/{LONG_NAME}.mod", "changed", None, ProgramDiff((difference,) * 250, 300, 0.5, 0.02)),
     ]
     return render_page(folders_document("approved", "out", files, (0.001, 0.01)))
+
+
+def two_programs_page() -> str:
+    """The page of a program of the samples and of what corrects it."""
+    sources = (seam().outcomes[0].statement.source, Source("hull_seam.mod", seam().outputs["hull_seam.mod"]))
+    first, second = map(read_program, sources)
+    return render_page(difference_document("a", "b", compare_programs(first, second, 0.001), (first, second)))
 
 
 def carried(page: str, name: str = "document") -> Any:

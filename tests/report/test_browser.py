@@ -34,6 +34,7 @@ from tests.report.build import (
     folders_page,
     program_page,
     seam,
+    two_programs_page,
 )
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
@@ -75,6 +76,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "batch": lambda: batch_page(f"{LONG_NAME}_{i:04d}.mod" for i in range(12)),
     "long batch": lambda: batch_page(f"{LONG_NAME}_{i:04d}.mod" for i in range(250)),
     "diff": folders_page,
+    "two programs": two_programs_page,
     "sheet": lambda: render_sheet(first_plan_document("irb4600_60_205", planned("gauge", load=30.0))),
 }
 
@@ -261,23 +263,40 @@ def test_a_long_program_is_searched_and_turned_at_once(opened: Open) -> None:
 
 
 def test_the_error_falls_from_step_to_step_of_a_model(opened: Open) -> None:
+    """A page opens with the model as it came beside the last one, and all of it follows the step."""
     page = opened(PAGES["add"]())
-    laws = page.locator('[data-steps="laws"] svg')
-    assert "+ transmission_error" in page.inner_text(STEP_NAME) and laws.count() >= 3
-    page.fill('[aria-label="step of the model"]', "0")
+    evidence, charts = page.locator('[data-steps="evidence"] svg'), page.locator('[data-steps="charts"]')
+    assert page.inner_text(STEP_NAME) == "0.145 \u2192 0.029 mm" and evidence.count() >= 4
+    assert charts.locator(".came").count() == charts.locator(".found").count() > 0
+    both = picture(page)
+    page.click('[data-shows="0"]')
     page.wait_for_timeout(700)
-    assert page.inner_text(STEP_NAME) == "0.145 mm the model as it came" and laws.count() == 0
     base = picture(page)
-    with changes(page, "document.querySelector('[data-steps=charts]').innerHTML"):
-        page.keyboard.press("ArrowRight")
+    assert page.inner_text(STEP_NAME) == "0.145 mm" and evidence.count() == 1 and base != both
+    assert charts.locator(".found").count() == 0
+    with changes(page, "document.querySelector('[data-steps=evidence]').innerHTML"):
+        page.click('[data-step="1"]')  # its bar
     page.wait_for_timeout(700)
-    assert picture(page) != base and page.inner_text(STEP_NAME).endswith("+ backlash")
-    assert page.locator('[data-steps="program"] mark').count() > 0
-    page.click('[data-step="0"]')
-    assert page.inner_text(STEP_NAME).endswith("the model as it came")
+    assert picture(page) not in (both, base) and page.locator('[data-steps="program"] mark').count() > 0
+    page.wait_for_function("location.hash.includes('step=1')")
+    page.evaluate("document.activeElement.blur()")
+    page.keyboard.press("ArrowRight")
+    assert page.get_attribute('[data-shows="2"]', "aria-pressed") == "true"
     page.click("text=watch the error fall >> nth=0")
-    shown = f"document.querySelector('{STEP_NAME}').textContent.includes('transmission')"
-    page.wait_for_function(shown, timeout=8000)
+    assert page.inner_text(STEP_NAME) == "0.145 mm"
+    page.wait_for_selector('[data-shows="2"][aria-pressed="true"]', timeout=8000)
+
+
+def test_a_difference_is_shown_in_both_paths(opened: Open) -> None:
+    page = opened(PAGES["two programs"]())
+    marks = page.locator('.differences tr[aria-selected="true"]')
+    assert "pClear" in marks.inner_text() and marks.locator("mark").count() >= 2  # the largest is chosen first
+    with changes(page):
+        page.click('.differences tr:has-text("pSeam40")')
+    lines, moved = (marks.locator("td").nth(k).inner_text().splitlines()[0] for k in (0, 1))
+    assert page.inner_text(".space .tag:not(.dot)") == f"line {lines}: {moved} mm"
+    with changes(page):
+        page.fill('[aria-label="how many times as large the distance is drawn"]', "80")
 
 
 def test_the_worst_pose_is_shown_with_the_arm(opened: Open) -> None:

@@ -90,17 +90,18 @@ def scatter(
     return frame.draw(parts, x_label, y_label)
 
 
-def shares(curves: Mapping[str, tuple[str, Array]], unit: str, title: str) -> str:
+def shares(curves: Mapping[str, tuple[str, Array]], unit: str, title: str, most: float | None = None) -> str:
     """Return an SVG chart of the share of poses [%] at or below each distance, a curve for each name.
 
     Args:
         curves: by name, class in the style sheet and (n,) distances [unit]; NaN is left out.
+        most: end of the axis [unit], where charts are to be compared; None fits it to the curves.
     """
     known = {name: (kind, np.sort(values[np.isfinite(values)])) for name, (kind, values) in curves.items()}
     known = {name: (kind, values) for name, (kind, values) in known.items() if len(values)}
     if not known:
         return ""
-    most = max(float(np.percentile(values, 99.5)) for _, values in known.values()) or 1.0
+    most = most or max(float(np.percentile(values, 99.5)) for _, values in known.values()) or 1.0
     frame = ChartAxes((0.0, 1.05 * most), (0.0, 100.0), SIZE, title)
     parts = []
     for k, (name, (kind, values)) in enumerate(known.items()):
@@ -114,16 +115,20 @@ def shares(curves: Mapping[str, tuple[str, Array]], unit: str, title: str) -> st
 
 
 def bars(block: Bars) -> str:
-    """Return horizontal bars as HTML, with a dashed line at the floor if known; the bar named ``grey`` is grey."""
+    """Return horizontal bars as HTML, with a dashed line at the floor if known; the bar named ``grey`` is grey.
+
+    Bars that are steps, or have a grey one beside them, go from the model as it came to what was found.
+    """
     known = [level for level in block.bars if level.value is not None]
     floor = block.floor
     percent = 100 / max([*(level.value or 0.0 for level in known), floor or 0.0, 1e-12])
     end = "" if floor is None else f'<i class="floor" style="left: {floor * percent:.1f}%"></i>'
     rows = []
-    for level in known:
-        kind = ' class="aside"' if level.name == block.grey else ""
+    for k, level in enumerate(known):
+        fall = bool(block.steps or block.grey)
+        kind = "aside" if level.name == block.grey else "later" if fall and k else "first" if fall else ""
         hint = f' title="{escape(level.note)}"' if level.note else ""
-        bar = f'<i{kind}{hint} style="width: {(level.value or 0.0) * percent:.1f}%"></i>'
+        bar = f'<i class="{kind}"{hint} style="width: {(level.value or 0.0) * percent:.1f}%"></i>'
         name = f"<span>{escape(level.name)}</span>"
         if level.name in block.steps:
             name = f'<button type="button" data-step="{block.steps.index(level.name)}">{escape(level.name)}</button>'

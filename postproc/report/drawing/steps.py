@@ -28,11 +28,16 @@ MOST_TARGETS_DRAWN = 6  # of the sample program
 
 @dataclass(frozen=True, slots=True)
 class Rung:
-    """One step of a growing model: a name, its fit to the measurements, and its error on held-out rows [m], [rad]."""
+    """One step of a growing model: a name, its fit to the measurements, and its error on held-out rows [m], [rad].
+
+    Args:
+        held_out: whether the fit itself can tell how far rows are off that it has not seen.
+    """
 
     name: str
     fit: Fit
     error: float
+    held_out: bool = True
 
 
 def steps_data(rungs: Sequence[Rung], keys: Iterable[str], floor: float | None) -> Values:
@@ -53,8 +58,9 @@ def steps_data(rungs: Sequence[Rung], keys: Iterable[str], floor: float | None) 
             "laws": law_charts(laws_of(rung.fit, keys)),
             "forces": _forces(rung.fit, keys, rows),
             "program": _sample_program(rung.fit.model, last, rows),
+            "distances": distance_chart(rungs, [k], floor),
         }
-        for rung in rungs
+        for k, rung in enumerate(rungs)
     ]
     return {
         "unit": last.observed.unit,
@@ -64,6 +70,7 @@ def steps_data(rungs: Sequence[Rung], keys: Iterable[str], floor: float | None) 
         "p": exact(_in_base(last, rows)[1]),
         "q": packed(q),
         "arm": chain_of(last.model.robot, last.model.T_flange_tcp[None]),
+        "distances": distance_chart(rungs, [0, len(rungs) - 1], floor) if len(rungs) > 1 else "",
         "drawn": len(rows),
         "of": len(last.data),
         "steps": steps,
@@ -86,22 +93,48 @@ def _forces(fit: Fit, keys: Sequence[str], rows: Array) -> list[Values]:
     return [{"name": key, "body": body, "wrench": packed(wrench)} for key, body, wrench in every if wrench.any()]
 
 
-def distance_chart(fit: Fit, noise: float | None, held_out: bool) -> str:
-    """Return a chart of the share of poses within each distance: fitted, held out, and what the noise alone would give.
+def distance_chart(rungs: Sequence[Rung], of: Sequence[int], noise: float | None) -> str:
+    """Return a chart of the share of poses within each distance at some steps, and what the noise alone would give.
+
+    Held-out rows count, where a step can tell of them; of one step alone also the rows of its fit.
 
     Args:
-        noise: standard deviation per axis [mm], [mrad], or None. held_out: also draw rows the fit has not seen.
+        rungs: all steps, by whose distances the axis goes. of: numbers of the steps that are drawn.
+        noise: standard deviation per axis [mm], [mrad], or None.
     """
-    unit = fit.observed.unit
+    unit = rungs[0].fit.observed.unit
+    every = [_distances(rung) for rung in rungs]
+    most = max((float(np.nanpercentile(x, 99.5)) for x in every if np.isfinite(x).any()), default=0.0)
+    curves: dict[str, tuple[str, Array]] = {}
+    if len(of) == 1 and rungs[of[0]].held_out:
+        curves["in the fit"] = ("fit", 1e3 * distances(_counted(rungs[of[0]].fit)))
+    for k in of:
+        label = (
+            "held out"
+            if len(of) == 1 and rungs[k].held_out
+            else "poses"
+            if len(of) == 1
+            else "found"
+            if k
+            else "as it came"
+        )
+        curves[label] = ("found-line" if k else "came-line", every[k])
+    if noise is not None:
+        axes = max(int(np.isfinite(_counted(rungs[0].fit)).any(axis=0).sum()), 1)
+        curves["noise alone"] = ("quiet", noise * np.sqrt(stats.chi2.ppf((np.arange(400) + 0.5) / 400, axes)))
+    return shares(curves, unit, "How many poses are how near", most or None)
+
+
+def _counted(fit: Fit) -> Array:
+    """Return the errors (n, k) [m], [rad] of a fit, NaN in rows that it left out."""
     error = fit.observed_error.copy()
     error[list(fit.excluded)] = np.nan
-    curves: dict[str, tuple[str, Array]] = {"in the fit" if held_out else "poses": ("fit", 1e3 * distances(error))}
-    if held_out:
-        curves["held out"] = ("means", 1e3 * distances(fit.held_out_error))
-    if noise is not None:
-        axes = max(int(np.isfinite(error).any(axis=0).sum()), 1)
-        curves["noise alone"] = ("quiet", noise * np.sqrt(stats.chi2.ppf((np.arange(400) + 0.5) / 400, axes)))
-    return shares(curves, unit, "How many poses are how near")
+    return error
+
+
+def _distances(rung: Rung) -> Array:
+    """Return (n,) distances [mm], [mrad] of the poses at a step, held out where the step can tell."""
+    return 1e3 * distances(rung.fit.held_out_error if rung.held_out else _counted(rung.fit))
 
 
 def _chosen(fit: Fit) -> Array:
