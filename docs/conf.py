@@ -22,7 +22,7 @@ release = version = postproc.__version__
 extensions = ["myst_parser", "sphinx_copybutton"]
 copybutton_selector = "div:not(.highlight-text) > div.highlight > pre"  # commands and files, not what is printed
 root_doc = "index"
-exclude_patterns = ["_build"]
+exclude_patterns = ["_build", "template"]
 html_theme = "furo"
 html_title = "postproc"
 html_copy_source = html_show_copyright = False

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from json import dumps
 
 import numpy as np
 
 from postproc.arrays import Array
 from postproc.channels.state import State
+from postproc.diagnostics import Severity
 from postproc.measure.read import columns as names
 from postproc.measure.read.lookup import Table
 from postproc.measure.read.values import fitting
 
 MOST_LEVELS = 12
 """A column of more different words holds names or remarks, one of more numbers a quantity."""
+
+KNOWN_NAME, EXPANDED = "by the name", "an expanded uncertainty, with a coverage factor of 2"
 
 
 def channels_of(table: Table) -> dict[str, Array]:
@@ -25,7 +29,6 @@ def channels_of(table: Table) -> dict[str, Array]:
     """
     channels: dict[str, Array] = {}
     header, cells = table.cells.header, table.cells
-    _report_orientations(table)
     for name, mapped in table.place.items():
         if name in names.STANDARD:
             continue
@@ -35,30 +38,20 @@ def channels_of(table: Table) -> dict[str, Array]:
     taken = {header[cells.at(mapped.name)] for mapped in table.place.values()}
     taken |= {header[cells.at(mapped.minus)] for mapped in table.place.values() if mapped.minus is not None}
     taken |= table.layout.orientation_columns
-    for name in header:
-        if name in taken or not name:
-            continue
-        near = names.nearest(name)
-        if near is not None and near not in table.place:
-            table.say("DAT015", "warning", f"column `{name}` is no standard column", f"did you mean `{near}`?")
+    free = [name for name in dict.fromkeys(header) if name and name not in taken]
+    possible = _possible(table, free)
+    for name in free:
         values = cells.numbers(name, [])
         if re.fullmatch(r"q[7-9]_(deg|rad)", name.lower()) and np.nanstd(values) > 0:
             what = f"column `{name}` is a channel like others: an arm has six joints here"
             table.say("DAT015", "warning", what, "an external axis that moves needs poses at one place of it for a fit")
-        if fitting(cells.units[cells.at(name)], "kg") and "payload_kg" not in table.place:
-            what = f"column `{name}` holds masses, and no payload is read from it"
-            table.say("DAT015", "warning", what, f'if it is what hangs on the flange: payload_kg = "{name}"')
-        if names.EXPANDED.fullmatch(name) and "sigma_mm" not in table.place:
-            what = f"column `{name}` looks like an expanded uncertainty and is not read as the instrument's noise"
-            stated = cells.units[cells.at(name)]
-            unit = stated if fitting(stated, "mm") else "mm"
-            meant = f'sigma_mm = {{ name = "{name}", unit = "{unit}", factor = 0.5 }}'
-            table.say("DAT015", "info", what, f"with a coverage factor of 2 (95 %), a column map reads it: {meant}")
         if np.isfinite(values).all():
             channels[name] = values
+        elif possible.get(name) in names.TEXT_COLUMNS:
+            continue
         elif levels := _levels(table, name, name):
             channels |= levels
-        else:
+        elif name not in possible:
             what, help_ = "empty cells", "a channel needs a number in every row"
             if table.has_words(name):
                 what = f"more than {MOST_LEVELS} different words"
@@ -67,18 +60,54 @@ def channels_of(table: Table) -> dict[str, Array]:
     return channels
 
 
-def _report_orientations(table: Table) -> None:
-    """Report columns that look like an orientation where none is read (DAT015)."""
+def _possible(table: Table, free: Sequence[str]) -> dict[str, str]:
+    """Return which standard columns others may be; they are reported together, with one column map (DAT015).
+
+    Args:
+        free: headers that are not read yet.
+    """
+    cells = table.cells
+    lines: dict[str, str] = {}  # of the map, by standard column
+    possible: dict[str, str] = {}
+    alike: dict[str, list[str]] = {}
+    for name in free:
+        unit = cells.units[cells.at(name)]
+        column, reason, factor = names.named(name), KNOWN_NAME, ""
+        if near := names.nearest(name):
+            column, reason = near, "misspelt"
+        elif fitting(unit, "kg"):
+            column, reason = "payload_kg", "masses, if they hang on the flange"
+        elif names.EXPANDED.fullmatch(name):
+            column, reason, factor = "sigma_mm", EXPANDED, ", factor = 0.5"
+        if not column or column in table.place or column in lines:
+            continue
+        other = fitting(unit, names.unit_of(column)) and unit != names.unit_of(column)
+        more, theirs = (f", unit = {dumps(unit)}" if other else "") + factor, dumps(name, ensure_ascii=False)
+        lines[column] = f"{column} = {{ name = {theirs}{more} }}" if more else f"{column} = {theirs}"
+        alike.setdefault(reason, []).append(name)
+        possible[name] = column
+    severity: Severity = "info" if alike.keys() <= {KNOWN_NAME, EXPANDED} else "warning"
+    texts = ["[columns]", *lines.values()] if lines else []
+    if (turned := _possible_orientation(table)) is not None:
+        alike["an orientation"], form = turned
+        texts += ["[orientation]", f"columns = {dumps(turned[0], ensure_ascii=False)}", f'form = "{form}"']
+    if texts:
+        groups = (f"{', '.join(f'`{name}`' for name in group)} ({reason})" for reason, group in alike.items())
+        help_ = "if they are, give a column map (`--columns FILE.toml`) with the lines:\n" + "\n".join(texts)
+        what = f"columns may be standard ones and are not read as such: {', '.join(groups)}"
+        table.say("DAT015", severity, what, help_)
+    return possible
+
+
+def _possible_orientation(table: Table) -> tuple[list[str], str] | None:
+    """Return columns that look like an orientation where none is read, and their usual form; None without them."""
     if table.layout.orientation is not None or "qw" in table.place:
-        return
+        return None
     plain = {re.sub(r"[\[(].*", "", name).strip().lower(): name for name in table.cells.header}
     for parts, form in names.TURN_COLUMNS.items():
         if set(parts) <= plain.keys():
-            theirs = [plain[part] for part in parts]
-            listed = ", ".join(f"`{name}`" for name in theirs)
-            what = f"columns {listed} look like an orientation and are not read as one"
-            help_ = f'a column map reads it: [orientation] with columns = {theirs} and form = "{form}"'
-            table.say("DAT015", "info", what, help_)
+            return [plain[part] for part in parts], form
+    return None
 
 
 def _levels(table: Table, name: str, theirs: str | int) -> dict[str, Array]:

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import difflib
 import re
+import tomllib
 from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
 
 from postproc.channels.state import COLUMNS
 from postproc.measure.read.layout import MappedColumn
@@ -52,10 +56,8 @@ def unit_of(column: str) -> str:
     return next((unit for unit in _UNIT_OF_SUFFIX if column.endswith("_" + unit)), "1")
 
 
-LABELS = frozenset({"pose", "pose id", "point", "point id", "point name", "name", "label", "id", "no", "nr", "punkt"})
 EXPANDED = re.compile(r"u[ _]*+(?:[xyz][ _]*+)?(?:\([ _]*+)?95.*", re.IGNORECASE)
 """Expanded uncertainties as instruments call them: U95, U(95), Ux95."""
-_JOINT = "(?:j|a|q|axis|axe|achse|eje|asse|joint|joint[ _]?a|gelenk|theta|rob)"
 _UR = {"base": "j1", "shoulder": "j2", "elbow": "j3", "wrist1": "j4", "wrist2": "j5", "wrist3": "j6"}
 """What Universal Robots call their joints."""
 _ROS = {"shoulderpan": "j1", "shoulderlift": "j2", "elbow": "j3", "wrist1": "j4", "wrist2": "j5", "wrist3": "j6"}
@@ -64,8 +66,6 @@ _RADIANS = re.compile(r"(?:.*_joint|(?:actual|target)_q_?\d|joint_a\d)")
 """Names that ROS (REP 103) and the real-time interface of Universal Robots write: their angles are in radians."""
 ZEROTH = frozenset({"actual_q_0", "target_q_0", "actual_q0", "target_q0"})
 """Joints that are counted from 0."""
-_WHOSE = "(?:actual|act|ist|measured|measurement|meas|tracker|smr)"
-_ENDS = "(?:rad|deg|cmd|command|commanded|set|soll)"
 TURN_COLUMNS: Mapping[tuple[str, ...], str] = {
     ("w", "p", "r"): "xyz",
     ("rx", "ry", "rz"): "rotvec",
@@ -76,7 +76,6 @@ TURN_COLUMNS: Mapping[tuple[str, ...], str] = {
     ("o", "a", "t"): "ZYZ",
 }
 """What robots call the parts of an orientation, in small letters, and the form that is then usual."""
-_COLUMN_WORDS = {"temperature": "temperature_C", "temp": "temperature_C", "time": "time_s", "payload": "payload_kg"}
 
 
 def nearest(name: str) -> str | None:
@@ -152,17 +151,58 @@ def _counted(header: str) -> str:
 
 
 def _meant(header: str, unit: str) -> str:
-    """Return the standard name of a column by its header and its unit ("" if none); empty where none is known."""
-    plain = re.sub(r"[\[(][^\[(\])]*+[\])]", "", header).strip().lower()
-    bare = re.sub("[ _]", "", plain)
-    plain = _UR.get(bare) or _ROS.get(bare.removesuffix("joint")) or plain
-    if joint := re.fullmatch(rf"(?:robot[ _.])?{_JOINT}[ _.]*+(?:angle[ _.]*+)?([1-6])(?:[ _.]{_ENDS})?", plain):
+    """Return the standard name of a column by its header and its unit ("" if none); empty where none is known.
+
+    Axes and coordinates need no unit; other quantities do, and texts (`pose_id`, `session`, `target`) have none.
+    """
+    bare = bare_name(header)
+    bare = _UR.get(bare) or _ROS.get(bare.removesuffix("joint")) or bare
+    words = column_words()
+    if joint := words.joint.fullmatch(bare):
         return f"q{joint[1]}_deg"
-    coordinate = rf"(?:p|pos|position|tcp|point|{_WHOSE})?[ _.]*([xyz])(?:[ _.](?:mm|m|in|{_WHOSE}))?"
-    if place := re.fullmatch(coordinate, plain):
+    if place := words.place.fullmatch(bare):
         return f"{place[1]}_mm"
-    if part := re.fullmatch(r"(?:q|quat|quaternion)[ _.]*([wxyz])", plain):
+    if part := re.fullmatch(r"(?:q|quat|quaternion)([wxyz])", bare):
         return f"q{part[1]}"
-    if plain in LABELS:
-        return "pose_id"
-    return _COLUMN_WORDS.get(plain, "") if unit else ""
+    name = words.columns.get(bare, "")
+    return name if unit or name in TEXT_COLUMNS else ""
+
+
+def named(header: str) -> str:
+    """Return the standard column that a header may mean, whatever its unit; empty for none, an axis or a coordinate."""
+    words, bare = column_words(), bare_name(header)
+    return words.columns.get(bare) or words.possible.get(bare, "")
+
+
+def bare_name(header: str) -> str:
+    """Return a header in small letters without units in brackets, blanks and the signs between words."""
+    return re.sub(r"[\s_.\-:/#]", "", re.sub(r"[\[(][^\[(\])]*+[\])]", "", header)).lower()
+
+
+class ColumnWords(NamedTuple):
+    """What columns are called elsewhere (``words.toml``), as `bare_name` gives it.
+
+    Args:
+        joint, place: patterns of a joint angle with its number and of a coordinate with its letter.
+        columns: standard column by name; possible: the same of names that have other meanings, too.
+    """
+
+    joint: re.Pattern[str]
+    place: re.Pattern[str]
+    columns: Mapping[str, str]
+    possible: Mapping[str, str]
+
+
+@cache
+def column_words() -> ColumnWords:
+    """Read ``words.toml``."""
+    data = tomllib.loads(Path(__file__).with_name("words.toml").read_text("utf-8"))
+    joint, position, commanded, measured = (
+        "|".join(sorted(map(re.escape, data[key]), key=len, reverse=True))
+        for key in ("joint", "position", "commanded", "measured")
+    )
+    return ColumnWords(
+        re.compile(rf"(?:robot)?(?:{commanded})?(?:{joint}){{1,2}}(?:angle|winkel)?([1-6])(?:rad|deg|{commanded})?"),
+        re.compile(rf"(?:{position}|{measured})?([xyz])(?:mm|m|in|{measured})?"),
+        *({word: name for name, words in data[key].items() for word in words} for key in ("columns", "possible")),
+    )

@@ -21,8 +21,6 @@ UNIT_LENGTH = 1e-2
 """By so much the length of a quaternion may differ from 1."""
 UNIT_OF_FORM = {"wxyz": "1", "xyzw": "1", "rotvec": "rad"}
 """Units of orientations that state none; others are in degrees."""
-ENGLISH = {"time", "timestamp", "time_stamp", "datetime", "date_time"}
-STAMPS = ENGLISH | {"zeit", "uhrzeit", "zeitstempel", "heure", "horodatage", "hora", "ora"}
 
 
 class Table:
@@ -55,7 +53,7 @@ class Table:
         taken = {k: m for k, m in known.items() if m.name not in mapped and k not in layout.columns}
         if not {"time_s"} & (place.keys() | taken.keys() | layout.columns.keys()):
             free = [theirs for theirs in header if theirs not in mapped]
-            stamped = [theirs for theirs in free if theirs.lower().replace(" ", "_") in STAMPS]
+            stamped = [theirs for theirs in free if names.named(theirs) == "time_s"]
             if stamped and self._stamps(stamped[0]) is not None:
                 taken["time_s"] = MappedColumn(name=stamped[0], unit="s")
         if taken:

@@ -18,7 +18,6 @@ from postproc.measure.measurements import Measurements
 from postproc.measure.read import columns as names
 from postproc.measure.read.cells import Cells, read_cells
 from postproc.measure.read.channels import channels_of, pose_numbers, row_order
-from postproc.measure.read.columns import LABELS
 from postproc.measure.read.commanded import Commanded, commanded_joints, program_targets
 from postproc.measure.read.external_axes import check_work, with_external_axes
 from postproc.measure.read.layout import read_column_map
@@ -319,9 +318,9 @@ def _by_name(seen: Cells, angles: Cells) -> tuple[list[int | None] | None, str]:
 
     The list is None, with an empty text, where no two columns of names match.
     """
-    names = [[name for name in cells.header if name.lower().replace("_", " ") in LABELS] for cells in (seen, angles)]
-    for first in names[0]:
-        for theirs in names[1]:
+    labels = [[name for name in cells.header if names.named(name) == "pose_id"] for cells in (seen, angles)]
+    for first in labels[0]:
+        for theirs in labels[1]:
             known = {name: i for i, name in enumerate(angles.text(theirs))}
             places = [known.get(name) for name in seen.text(first)]
             unique = len(known) == len(angles.rows)
