@@ -2,5 +2,5 @@
 
 `path`: from events to moves and their dense samples. `timing`: speeds and accelerations at the samples. `values` are
 moves, `mounts` say who holds tool and work, `findings` are placed at targets. `postures`: what
-is tight in them. `smoothing`: jumps of a correction as transitions (ruckig).
+is tight in them. `inertia`: torques of a moving arm. `smoothing`: jumps of a correction as transitions (ruckig).
 """

@@ -89,6 +89,11 @@ class Move:
     axes: Array = field(default_factory=lambda: np.full(6, np.nan))
 
 
+def payloads(moves: Sequence[Move]) -> tuple[Array, Array]:
+    """Payload masses (m,) [kg] and their centers (m, 3) in tool0 [m] of m moves."""
+    return np.array([m.payload_mass for m in moves]), np.array([m.payload_center for m in moves]).reshape(-1, 3)
+
+
 def goal_axes(moves: Sequence[Move]) -> Array:
     """(m, 6) positions [m], [rad] of the external axes at the goals of m moves, NaN where not known."""
     return np.array([m.axes for m in moves]).reshape(-1, 6)

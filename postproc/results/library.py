@@ -53,6 +53,7 @@ def _known(robot: Robot) -> list[tuple[str, str, str, str]]:
     limits, estimates = ("joints.limits_deg", "joints", "robot"), ("joints", "accelerations")
     offsets = np.linalg.norm(robot.link[:, :3, 3], axis=1) * 1e3
     stiffness = None if robot.joint_compliance is None else 1.0 / robot.joint_compliance
+    torque, rotor = (None, None) if robot.drives is None else (robot.drives.torque, robot.drives.rotor)
     table: list[tuple[str, Array | float | None, tuple[str, ...]]] = [
         ("payload [kg]", robot.payload, ("payload_kg",)),
         ("reach to the wrist [mm]", None if robot.reach is None else 1e3 * robot.reach, ("reach_mm",)),
@@ -61,6 +62,8 @@ def _known(robot: Robot) -> list[tuple[str, str, str, str]]:
         ("upper limit [deg]", np.degrees(robot.upper), limits),
         ("speed [deg/s]", np.degrees(robot.speed), ("joints.speed_deg_per_s", "joints", "robot")),
         ("acceleration [rad/s^2]", robot.acceleration, ("joints.acceleration_rad_per_s2", *estimates)),
+        ("torque that accelerates axes 1 to 3 [N m]", torque, ("joints.acceleration_rad_per_s2",)),
+        ("rotor inertia of axes 1 to 3 [kg m^2]", rotor, ("joints.rotor_inertia_ratio",)),
         ("jerk [rad/s^3]", robot.jerk, ("joints.jerk_rad_per_s3", *estimates)),
         ("torque [N m]", robot.torque, ("joints.torque_Nm", "robot")),
         ("stiffness [N m/rad]", stiffness, ("joints.stiffness_Nm_per_rad",)),

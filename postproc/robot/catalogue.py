@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from os.path import isfile  # unlike Path.is_file it takes any text for a name
 from pathlib import Path
 from typing import Annotated, Literal
@@ -14,7 +15,7 @@ from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Severity, Source, did_you_mean
 from postproc.files import read_source
 from postproc.rapid.data.records import Vec3
-from postproc.robot.arm import ACCELERATION, Robot
+from postproc.robot.arm import ACCELERATION, JERK, Drives, Robot
 from postproc.robot.configuration import derive
 from postproc.robot.kinematics import body_poses
 from postproc.robot.pose import rpy, transform
@@ -25,6 +26,7 @@ SHORTEST, LONGEST = 0.1, 20.0
 """Sum of the links' lengths [m] of arms that exist, with a margin."""
 Six = Annotated[list[float], Field(min_length=6, max_length=6)]
 Factor = Annotated[float, Field(ge=1)]
+Three = Annotated[list[Annotated[float, Field(ge=0)]], Field(min_length=3, max_length=3)]
 PositiveSix = Annotated[list[Positive], Field(min_length=6, max_length=6)]
 
 
@@ -72,6 +74,8 @@ class _Joints(FileTable):
     Args:
         limits_deg: lowest and highest angle of each joint.
         speed_deg_per_s, acceleration_rad_per_s2, jerk_rad_per_s3, torque_Nm: largest of each joint.
+        rotor_inertia_ratio: of axes 1 to 3, inertia of motor and gear over that of the links at the zero pose; with it
+            their acceleration is that at the zero pose without payload, and follows the inertia elsewhere.
         stiffness_Nm_per_rad: of each joint's spring.
         stiffness_source: measured on an arm of the type, or estimated.
         stiffness_factor: within which 95 % of the arms lie about it.
@@ -80,7 +84,8 @@ class _Joints(FileTable):
     limits_deg: Annotated[list[tuple[float, float]], Field(min_length=6, max_length=6)] = [(-360.0, 360.0)] * 6
     speed_deg_per_s: PositiveSix = [180.0] * 6
     acceleration_rad_per_s2: PositiveSix = ACCELERATION
-    jerk_rad_per_s3: PositiveSix = [10 * a for a in ACCELERATION]
+    jerk_rad_per_s3: PositiveSix | None = None
+    rotor_inertia_ratio: Three | None = None
     torque_Nm: PositiveSix | None = None
     stiffness_Nm_per_rad: PositiveSix | None = None
     stiffness_source: Literal["measured", "estimated"] = "measured"
@@ -238,15 +243,16 @@ def read_robot(source: Source) -> Robot:
         )
     center = _centers(file, link, axis)
     inertia = np.array([_inertia(b) for b in bodies])
-    return Robot(
+    acceleration = np.array(joints.acceleration_rad_per_s2)
+    robot = Robot(
         name=file.name or Path(source.path).stem,
         link=link,
         axis=axis,
         lower=lower,
         upper=upper,
         speed=np.radians(joints.speed_deg_per_s),
-        acceleration=np.array(joints.acceleration_rad_per_s2),
-        jerk=np.array(joints.jerk_rad_per_s3),
+        acceleration=acceleration,
+        jerk=JERK * acceleration if joints.jerk_rad_per_s3 is None else np.array(joints.jerk_rad_per_s3),
         mass=np.array([b.mass_kg for b in bodies]),
         center=center,
         inertia=inertia,
@@ -263,6 +269,28 @@ def read_robot(source: Source) -> Robot:
         mounting=tuple(file.mounting),
         sources={**_guessed(file), **_sources(source)},
     )
+    if joints.rotor_inertia_ratio is None:
+        return robot
+    links = _link_inertia(robot)[:3]
+    if not links.all():
+        raise _wrong("`joints.rotor_inertia_ratio` needs the masses of the bodies", source, ("joints",))
+    rotor = np.array(joints.rotor_inertia_ratio) * links
+    return replace(robot, drives=Drives(acceleration[:3] * (links + rotor), rotor))
+
+
+def _link_inertia(robot: Robot) -> Array:
+    """Return the inertia (6,) [kg m^2] that the bodies beyond each joint have about its axis, at the zero pose."""
+    T = body_poses(robot, np.zeros((1, 6)))[0]
+    R, p = T[1:, :3, :3], T[1:, :3, 3]
+    axes = np.einsum("jab,jb->ja", R, robot.axis)
+    centers = np.einsum("bij,bj->bi", R, robot.center[1:]) + p
+    result = np.zeros(6)
+    for j, axis in enumerate(axes):
+        own = np.einsum("bki,k->bi", R, axis)
+        turning = np.einsum("bi,bij,bj->b", own, robot.inertia[1:], own)
+        arm = np.cross(axis, centers - p[j])
+        result[j] = (turning + robot.mass[1:] * np.sum(arm * arm, axis=1))[j:].sum()
+    return result
 
 
 def _array(values: list[float] | None) -> Array | None:

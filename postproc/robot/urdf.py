@@ -15,7 +15,7 @@ import numpy as np
 
 from postproc.diagnostics import PostprocError
 from postproc.files import read_source
-from postproc.robot.arm import ACCELERATION, Robot
+from postproc.robot.arm import ACCELERATION, JERK, Robot
 from postproc.robot.configuration import derive
 
 ROUNDED_ANGLE_RAD = 5e-4
@@ -72,7 +72,7 @@ def read_urdf(path: Path) -> Robot:
         upper=upper,
         speed=np.where((speed > 0) & np.isfinite(speed), speed, np.pi),
         acceleration=np.array(ACCELERATION),
-        jerk=10 * np.array(ACCELERATION),
+        jerk=JERK * np.array(ACCELERATION),
         mass=np.array([0.0] + [i.mass for i in list(model.inertias)[1:]]),
         center=np.array([np.zeros(3)] + [i.lever for i in list(model.inertias)[1:]]),
         inertia=np.array([np.zeros((3, 3))] + [i.inertia for i in list(model.inertias)[1:]]),

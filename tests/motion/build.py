@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -16,7 +17,9 @@ from postproc.robot.catalogue import load_robot
 from postproc.robot.inverse import inverse
 from postproc.robot.kinematics import forward
 
-ROBOT = load_robot("irb4600_60_205")
+DRIVEN = load_robot("irb4600_60_205")
+LIMIT = np.array([8.0, 8.0, 8.0, 20.0, 20.0, 25.0])
+ROBOT = replace(DRIVEN, acceleration=LIMIT, jerk=10 * LIMIT, drives=None)  # the same limits in every pose
 HOME = np.radians([0.0, 20.0, 10.0, 0.0, 60.0, 0.0])
 DOWN = (0.0, 180.0, 0.0)
 

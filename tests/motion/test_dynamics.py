@@ -5,12 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from postproc.motion.inertia import inertial_torque, point_velocity
+from postproc.motion.path.samples import sample_path
 from postproc.motion.smoothing import GENTLE, SHARE, transition
-from postproc.motion.timing.inertia import inertial_torque, point_velocity
+from postproc.motion.timing.jerk_limited import check_limits
 from postproc.motion.timing.sustained import sustained
-from postproc.motion.timing.trajectory import retime
+from postproc.motion.timing.timelaw import evaluate
+from postproc.motion.timing.trajectory import Trajectory, retime
+from postproc.robot.arm import Robot
 from postproc.robot.kinematics import body_poses, jacobian
-from tests.motion.build import ROBOT, TORCH, joint, line, pose, sampled, tcp
+from tests.motion.build import DRIVEN, ROBOT, TORCH, chain, joint, line, pose, sampled, tcp
 
 RNG = np.random.default_rng(2)
 Q, V, ACC = RNG.uniform(-1, 1, (20, 6)), RNG.uniform(-2, 2, (20, 6)), RNG.uniform(-5, 5, (20, 6))
@@ -135,3 +139,40 @@ def test_a_jump_is_passed_gently_where_there_is_time_and_over_the_limits_where_t
     ramp = transition(ROBOT, size * JUMP, TURNS, available)
     assert ramp.duration == pytest.approx(duration)
     assert ramp.at(np.array([-1.0, duration, 9.0])) == pytest.approx(np.outer([0, 1, 1], size * JUMP))
+
+
+def swing(robot: Robot, mass: float, q: np.ndarray, by: float) -> tuple[np.ndarray, Trajectory]:
+    """A turn of axis 1 from rest to rest, with a mass at the flange: pushes of axis 1 [N m] from positions, its time."""
+    moves = chain({"kind": "absjoint", "q": q}, {
+        "kind": "absjoint", "q": q + np.eye(6)[0] * by, "speed": 50.0, "fine": True,
+        "payload_mass": mass, "payload_center": CENTER,
+    })  # fmt: skip
+    trajectory = retime(robot, sample_path(robot, moves)[0])
+    t, h = np.linspace(0.0, trajectory.t[-1], 2001)[5:-5], 1e-4
+    runs, law = trajectory.profile.runs, trajectory.profile.law
+    s = [runs.s[0] + evaluate(law, np.zeros(len(t), dtype=int), t + x)[0] for x in (-h, 0.0, h)]
+    angle = [np.interp(x, runs.s, trajectory.path.q[:, 0]) for x in s]
+    # All mass that turns with axis 1, by its distance from the axis: the posture stays, so this is all of its inertia.
+    T = body_poses(robot, q[None])[0]
+    axis = T[1, :3, :3] @ robot.axis[0]
+    tip = ((T[6] @ robot.link[6])[:3] @ np.append(CENTER, 1.0), mass, np.zeros((3, 3)))
+    parts = [(T[b, :3, :3] @ robot.center[b] + T[b, :3, 3], robot.mass[b],
+              T[b, :3, :3] @ robot.inertia[b] @ T[b, :3, :3].T) for b in range(1, 7)]  # fmt: skip
+    inertia = sum(m * np.sum(np.cross(axis, p - T[1, :3, 3]) ** 2) + axis @ own @ axis for p, m, own in [*parts, tip])
+    drives = robot.drives
+    assert drives is not None
+    return (inertia + drives.rotor[0]) * (angle[2] - 2 * angle[1] + angle[0]) / h**2, trajectory
+
+
+def test_drives_accelerate_less_where_more_mass_is_farther_out() -> None:
+    """Axis 1 uses its torque and no more, in a folded and in a stretched posture, with and without a payload."""
+    assert DRIVEN.drives is not None
+    folded, stretched = np.radians([0.0, -40, 60, 0, 0, 0]), np.radians([0.0, 70, -60, 0, 0, 0])
+    times = []
+    for q, mass in ((folded, 0.0), (stretched, 0.0), (stretched, 60.0)):
+        push, trajectory = swing(DRIVEN, mass, q, 0.6)
+        assert np.abs(push).max() == pytest.approx(DRIVEN.drives.torque[0], rel=0.03)
+        times.append(float(trajectory.t[-1]))
+        share = check_limits(DRIVEN, trajectory.profile, trajectory.path.q).use[1]
+        assert share[0] == pytest.approx(1.0, abs=0.03) and share[1:].max() < 1.0
+    assert 1.15 * times[0] < times[1] and 1.05 * times[1] < times[2]

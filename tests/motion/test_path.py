@@ -115,13 +115,13 @@ def from_corner(path: Samples) -> np.ndarray:
 
 
 def test_a_corner_stays_in_its_zone_and_keeps_the_direction_at_its_border() -> None:
-    path = corner(0.05)
+    path, radius = corner(0.05), 0.05 + 0.25 * 0.05 / 2  # the way of half the smoothing at 0.25 m/s on either side
     p = from_corner(path)
-    inside = np.linalg.norm(p, axis=1) < 0.05 - 1e-9
+    inside = np.linalg.norm(p, axis=1) < radius - 1e-9
     assert np.minimum(np.abs(p[:, 0]), np.abs(p[:, 1]))[~inside].max() < 1e-12
     assert path.blend[inside].all() and not path.stop[1]
     # Symmetric, and past the middle at 3/16 of the radius from each line.
-    assert p[path.goal[1]] == pytest.approx([0.05 * 3 / 16, -0.05 * 3 / 16, 0.0], abs=1e-12)
+    assert p[path.goal[1]] == pytest.approx([radius * 3 / 16, -radius * 3 / 16, 0.0], abs=1e-12)
     x, y, _ = np.diff(p, axis=0).T
     assert (np.diff(np.unwrap(np.arctan2(y, x))) < 1e-9).all()
 
@@ -136,8 +136,8 @@ def test_a_zone_reaches_half_way_to_the_neighbour_at_most(ahead: float, radius: 
 def test_orientation_starts_to_turn_earlier_than_the_path() -> None:
     path = corner(0.01, angles=(30.0, 180.0, 0.0), zone_rotation=0.06)
     y, away = from_corner(path)[:, 1], turned(path.T_work_tcp)
-    assert away[y < -0.061] == pytest.approx(0.0, abs=1e-9)
-    assert away[y < -0.011].max() > 1e-4
+    assert away[y < -0.067] == pytest.approx(0.0, abs=1e-9)
+    assert away[y < -0.017].max() > 1e-4
 
 
 def test_a_corner_between_joint_moves_is_smooth_in_joint_space() -> None:
@@ -234,7 +234,7 @@ def test_a_wrist_that_flips_leaves_the_tcp_on_its_lines_and_its_corner() -> None
     p, free = path.T_work_tcp[:, :3, 3] - start[:3, 3], ~path.blend
     assert np.abs(p[free & (path.move == 1)][:, [0, 2]]).max() < 1e-9
     assert np.abs(p[free & (path.move == 2)][:, 1:] - (0.1, 0.0)).max() < 1e-9
-    assert np.linalg.norm(p[path.blend] - (0.0, 0.1, 0.0), axis=1).max() < 0.010 + 1e-9
+    assert np.linalg.norm(p[path.blend] - (0.0, 0.1, 0.0), axis=1).max() < 0.010 + 0.25 * 0.05 / 2 + 1e-9
     rows = (path.move == 1) & (path.u < 0.5)
     even = moves[0].q + path.u[rows][:, None] * (moves[1].q - moves[0].q)
     assert path.q[rows][:, 3:] == pytest.approx(even[:, 3:], abs=1e-12)

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
+from postproc.motion.inertia import inertial_torque
 from postproc.motion.path.samples import sample_path
+from postproc.motion.timing.effort import Effort, effort_of
 from postproc.motion.timing.fastest import Grid, fastest
-from postproc.motion.timing.inertia import inertial_torque
 from postproc.motion.timing.jerk_limited import check_limits, joint_motion
 from postproc.motion.timing.spline import Runs, fit_spline
 from postproc.motion.timing.timelaw import evaluate, time_law, times_at
@@ -68,8 +69,7 @@ def test_a_run_that_is_not_slowed_enough_in_time_takes_longer_as_a_whole(
     monkeypatch.setattr("postproc.motion.timing.jerk_limited._ROUNDS", 0)
     stretched = timed(*WELD)
     assert_limits_hold(stretched)
-    assert stretched.t[-1] == pytest.approx(trajectory.t[-1], rel=0.01)
-    assert abs(stretched.t[-1] - trajectory.t[-1]) > 1e-3  # it is another law
+    assert 1.01 * trajectory.t[-1] < stretched.t[-1] < 1.3 * trajectory.t[-1]  # its slow weld, too
 
 
 def test_a_stretch_too_short_to_slow_down_in_is_solved_with_all_of_the_path(
@@ -77,9 +77,11 @@ def test_a_stretch_too_short_to_slow_down_in_is_solved_with_all_of_the_path(
 ) -> None:
     every: list[bool] = []
 
-    def no_part(robot: Robot, runs: Runs, grid: Grid, gravity: np.ndarray) -> tuple[np.ndarray, int | None]:
+    def no_part(
+        robot: Robot, runs: Runs, effort: Effort, grid: Grid, gravity: np.ndarray
+    ) -> tuple[np.ndarray, int | None]:
         every.append(not grid.floor.any())
-        return fastest(robot, runs, grid, gravity) if every[-1] else (np.zeros(len(grid.s)), 0)
+        return fastest(robot, runs, effort, grid, gravity) if every[-1] else (np.zeros(len(grid.s)), 0)
 
     monkeypatch.setattr("postproc.motion.timing.jerk_limited.fastest", no_part)
     again = timed(*WELD)
@@ -235,15 +237,16 @@ def test_speeds_are_those_of_toppra_alone(monkeypatch: pytest.MonkeyPatch) -> No
     path = sampled(*WELD)
     for robot in (ROBOT, replace(ROBOT, torque=np.array([4000.0, 5000, 3000, 400, 400, 200]))):
         runs = cut_runs(robot, path)
-        grid = lay_grid(runs, programmed_speed(runs), programmed_ease(runs), np.full(runs.count, 0.05))
+        effort = effort_of(robot, runs)
+        grid = lay_grid(runs, effort, programmed_speed(runs), programmed_ease(runs), np.full(runs.count, 0.05))
         gravity = np.array([0.0, 0.0, -9.81])
         monkeypatch.setattr(module, "_MOST", 10)
-        apart, blocked = fastest(robot, runs, grid, gravity)
+        apart, blocked = fastest(robot, runs, effort, grid, gravity)
         assert blocked is None and runs.count > 1 and (np.diff(grid.run) > 0).any()
         with monkeypatch.context() as at_once:
             at_once.setattr(module, "_MOST", 10**6)
             at_once.setattr(constraints, "TOPPRA", lambda may_stop, *words, **named: plain(*words, **named))
-            assert np.allclose(fastest(robot, runs, grid, gravity)[0], apart, rtol=2e-5, atol=2e-5)
+            assert np.allclose(fastest(robot, runs, effort, grid, gravity)[0], apart, rtol=2e-5, atol=2e-5)
 
 
 def welded_rows() -> list[dict[str, Any]]:

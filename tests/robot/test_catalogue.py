@@ -28,7 +28,7 @@ Q = np.random.default_rng(0).uniform(-3, 3, (20, 6))
 def test_a_geometry_alone_is_an_arm_without_weight() -> None:
     bare = read_robot(Source("cell/arm.toml", UR5[UR5.index("[dh]") : UR5.index("[joints]")].encode()))
     assert bare.name == "arm" and np.abs(forward(bare, Q) - forward(load_robot("ur5"), Q)).max() < 1e-12
-    assert np.degrees(bare.upper).tolist() == pytest.approx([360.0] * 6) and (bare.jerk == 10 * bare.acceleration).all()
+    assert np.degrees(bare.upper).tolist() == pytest.approx([360.0] * 6) and (bare.jerk == 60 * bare.acceleration).all()
     assert bare.sources["joints"].startswith("not stated") and not bare.mass.any()
     assert [d.code for d in doubts(bare)] == ["KIN010"]
 

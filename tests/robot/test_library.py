@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from postproc.motion.inertia import inertial_torque
 from postproc.robot.arm import Robot
 from postproc.robot.catalogue import describe_robot, doubts, list_robots, load_robot
 from postproc.robot.closed_form import inverse
@@ -149,3 +150,28 @@ def test_jacobian_is_the_derivative_of_the_pose(name: str) -> None:
         angular = np.stack([spin[:, 2, 1], spin[:, 0, 2], spin[:, 1, 0]], axis=-1)
         assert np.abs(J[:, :3, j] - (up - down)[:, :3, 3] / (2 * h)).max() < 1e-8
         assert np.abs(J[:, 3:, j] - angular).max() < 2e-6
+
+
+LOGGED = {"irb6640_180_255", "irb1200_5_09"}
+RULED = [name for name in list_robots() if name.startswith("irb") and name not in LOGGED]
+
+
+def test_accelerations_that_nobody_logged_follow_the_rule() -> None:
+    """57, 29, 60 rad/s^2 m^2 over the reach squared, 103, 111, 133 rad/s^2 m over the reach, printed with two digits."""
+    assert len(RULED) == 37
+    for robot in map(describe_robot, RULED):
+        reach = robot.reach or 2.05  # the study's arm states none
+        rule = np.array([57, 29, 60, 103, 111, 133]) / np.repeat([reach**2, reach], 3)
+        assert robot.acceleration == pytest.approx(rule, rel=0.05), robot.name
+        assert "estimate" in robot.sources["joints.acceleration_rad_per_s2"]
+
+
+@pytest.mark.parametrize("name", ["irb6640_180_255", "irb4600_60_205", "irb2400_16_155"])
+def test_drives_accelerate_links_and_rotors_at_the_zero_pose_as_stated(name: str) -> None:
+    """Against the recursive Newton-Euler algorithm."""
+    robot = describe_robot(name)
+    assert robot.drives is not None
+    none, each = np.zeros((3, 6)), np.eye(6)[:3]
+    links = np.diag(inertial_torque(robot, (none, none, each), (np.zeros(3), np.zeros((3, 3)))))
+    assert (robot.drives.torque / (links + robot.drives.rotor)) == pytest.approx(robot.acceleration[:3])
+    assert (robot.drives.rotor > 0).all()

@@ -8,6 +8,10 @@ With h(w) = w^2 this would be the parabola through entry and exit; the quartic h
 a curvature that starts and ends at zero, so that the joint jerk at the zone border stays finite. Rotations are composed
 in the same way over the (larger) orientation zone. A zone reaches at most to the middle of a move (RAPID Reference
 Manual, Basic Characteristics, zonedata).
+
+A controller averages its motion in time, so a corner that is passed at speed is longer than its zone: by the way of
+`SMOOTHING`, half of it on either side. How fast it can be passed follows from that: over the corner the joint speeds
+change by d at a mean acceleration of d / (SMOOTHING + 2 zone / speed), which the drives have to bear.
 """
 
 from __future__ import annotations
@@ -15,14 +19,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from postproc.arrays import Array
+from postproc.arrays import Array, largest_of_rows
+from postproc.motion.inertia import DRIVEN, drive_shares
 from postproc.motion.mounts import Mounts
 from postproc.motion.path.curves import Curves, arm_joints, joints_and_poses, joints_at, pose_at
-from postproc.motion.values import Flags, Index, Move
+from postproc.motion.values import Flags, Index, Move, payloads
 from postproc.robot.arm import Robot
-from postproc.robot.kinematics import forward
+from postproc.robot.kinematics import forward, jacobian
 
+SMOOTHING = (
+    0.05  # [s] by which a corner takes longer than its zone, from logged corners of an IRB 6640 (docs/motion.md)
+)
+_PEAK = 1.5  # largest acceleration in a corner over the mean, by h
+_ASIDE = 1e-3  # fraction of a move over which its joint speeds are found
 _IN_PLACE = 1e-6  # [m] a move shorter than this only turns the tool
 
 
@@ -43,8 +54,8 @@ class Corners:
     stop: Flags
 
 
-def plan_corners(moves: tuple[Move, ...], curves: Curves) -> Corners:
-    """Fractions of each move taken by the corner paths, every zone cut to half the length of both moves there."""
+def plan_corners(robot: Robot, moves: tuple[Move, ...], curves: Curves) -> Corners:
+    """Fractions of each move taken by the corner paths, each cut to half the length of both moves there."""
     m = len(moves)
     before, after, before_turn, after_turn = (np.zeros(m) for _ in range(4))
     length, angle = curves.length, np.linalg.norm(curves.turn, axis=1)
@@ -63,10 +74,12 @@ def plan_corners(moves: tuple[Move, ...], curves: Curves) -> Corners:
     b = a + 1
     travels_a, travels_b = length[a] > _IN_PLACE, length[b] > _IN_PLACE
     half_a, half_b = np.where(travels_a, length[a] / 2, np.inf), np.where(travels_b, length[b] / 2, np.inf)
+    more, more_a, more_b = _smoothing(robot, moves, curves, a)
     for radius, out, into in ((zone, before, after), (zone_rotation, before_turn, after_turn)):
-        r = np.minimum(radius[a], np.minimum(half_a, half_b))
-        out[a] = np.where(travels_a, r / np.where(travels_a, length[a], 1.0), _share(zone_angle[a], angle[a]))
-        into[b] = np.where(travels_b, r / np.where(travels_b, length[b], 1.0), _share(zone_angle[a], angle[b]))
+        r = np.where(radius[a] > 0.0, np.minimum(radius[a] + more, np.minimum(half_a, half_b)), 0.0)
+        turned_a, turned_b = _share(zone_angle[a], angle[a], more_a), _share(zone_angle[a], angle[b], more_b)
+        out[a] = np.where(travels_a, r / np.where(travels_a, length[a], 1.0), turned_a)
+        into[b] = np.where(travels_b, r / np.where(travels_b, length[b], 1.0), turned_b)
     # One zone for all where place and orientation cannot be told apart: joint corners, and a tool that changes.
     one = curves.joint[a] & curves.joint[b]
     one |= ~curves.mounts[a].same(curves.mounts[b])
@@ -78,9 +91,71 @@ def plan_corners(moves: tuple[Move, ...], curves: Curves) -> Corners:
     return Corners(before, after, before_turn, after_turn, stop)
 
 
-def _share(zone_angle: Array, angle: Array) -> Array:
-    """Fraction (k,), 1/2 at most, of a turn by ``angle`` (k,) [rad] in a zone of ``zone_angle`` (k,) [rad]."""
-    return np.minimum(0.5, np.maximum(zone_angle, 1e-3) / np.maximum(angle, 1e-9))
+def _share(zone_angle: Array, angle: Array, more: Array) -> Array:
+    """Fraction (k,), 1/2 at most, of a turn by ``angle`` (k,) [rad] in a zone of ``zone_angle`` (k,) [rad].
+
+    Args:
+        more: (k,) fraction by which the smoothing lengthens it.
+    """
+    return np.minimum(0.5, np.maximum(zone_angle, 1e-3) / np.maximum(angle, 1e-9) + more)
+
+
+def _smoothing(robot: Robot, moves: tuple[Move, ...], curves: Curves, a: Index) -> tuple[Array, Array, Array]:
+    """What smoothing adds to the corners between the moves ``a`` (k,) and those after them.
+
+    With sigma the share of the acceleration limits that the change of the joint speeds takes in one second, a corner
+    passed at the fraction f of the programmed speed keeps the limits where
+
+        _PEAK sigma f <= ease (SMOOTHING + 2 zone / (f speed)).
+
+    Returns:
+        Length (k,) on either side [m]; for moves that only turn the tool, fraction of the move before and of that after
+        it, (k,) each.
+    """
+    b = a + 1
+    before, after = _joint_speeds(robot, moves, curves, a, 1.0), _joint_speeds(robot, moves, curves, b, 0.0)
+    # Both at the lower of the two speeds: the arm slows down ahead of a slower move.
+    travel = [curves.length[a] / before[1], curves.length[b] / after[1]]
+    both = (curves.length[a] > _IN_PLACE) & (curves.length[b] > _IN_PLACE)
+    speed = np.where(both, np.minimum(*travel), np.maximum(*travel))
+    takes = [of[1] * np.where(both, own / np.maximum(speed, 1e-12), 1.0)
+             for of, own in zip((before, after), travel, strict=True)]  # fmt: skip
+    change = after[0] / takes[1][:, None] - before[0] / takes[0][:, None]
+    share = np.abs(change) / robot.acceleration
+    if robot.drives is not None:
+        payload = payloads([moves[i] for i in b])
+        q, still = curves.q_start[b], np.zeros_like(change)
+        share[:, DRIVEN] = np.abs(drive_shares(robot, robot.drives, (q, still, change), payload))
+    sigma = _PEAK * np.maximum(share.max(axis=1, initial=0), 1e-9)
+    ease = np.array([min(moves[i].ease, moves[i + 1].ease) for i in a])
+    zone = 2 * np.array([moves[i].zone for i in a]) / np.maximum(speed, 1e-9)
+    least = ease * SMOOTHING
+    f = np.minimum(1.0, (least + np.sqrt(least**2 + 4 * sigma * ease * zone)) / (2 * sigma))
+    half = f * SMOOTHING / 2
+    return half * speed, half / takes[0], half / takes[1]
+
+
+def _joint_speeds(robot: Robot, moves: tuple[Move, ...], curves: Curves, i: Index, u: float) -> tuple[Array, Array]:
+    """Change (k, 6) of the joint angles [rad] per fraction of the moves ``i`` (k,), and how long these take (k,) [s].
+
+    Args:
+        u: end of the moves at which they are taken: 0 start, 1 goal.
+    """
+    step = _ASIDE if u == 0.0 else -_ASIDE
+    poses = []
+    for fraction in (np.full(len(i), u), np.full(len(i), u + step)):
+        mounts = curves.mounts_at(i, curves.axes_at(i, fraction))
+        poses.append(mounts.flange(pose_at(robot, curves, i, fraction)))
+    turn = Rotation.from_matrix(poses[1][:, :3, :3] @ poses[0][:, :3, :3].transpose(0, 2, 1)).as_rotvec()
+    twist = np.hstack([poses[1][:, :3, 3] - poses[0][:, :3, 3], turn]) / step
+    J = jacobian(robot, curves.q_start[i] + u * curves.q_change[i])
+    rate = (np.linalg.pinv(J) @ twist[:, :, None])[:, :, 0]
+    rate[curves.joint[i]] = curves.q_change[i][curves.joint[i]]
+    angle = np.linalg.norm(curves.turn[i], axis=1)
+    stated = np.array([[moves[k].speed, moves[k].rotation_speed, moves[k].duration or 0.0] for k in i]).reshape(-1, 3)
+    programmed = np.maximum(curves.length[i] / stated[:, 0], angle / stated[:, 1])
+    programmed = np.where(stated[:, 2] > 0, stated[:, 2], programmed)
+    return rate, np.maximum(np.maximum(programmed, largest_of_rows(np.abs(rate) / robot.speed)), 1e-9)
 
 
 def fade(w: Array) -> Array:

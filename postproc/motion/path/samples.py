@@ -188,7 +188,7 @@ def sample_path(robot: Robot, moves: Sequence[Move]) -> tuple[Samples, list[Diag
                 "use a line, or move the circle point")
         for i in np.flatnonzero(curves.fault)
     ]  # fmt: skip
-    corners = plan_corners(moves, curves)
+    corners = plan_corners(robot, moves, curves)
     move, u, goal = place_samples(moves, curves, corners)
     T, q, axes, blend = blended_poses(robot, curves, corners, move, u)
     lone = np.flatnonzero([m.first for m in moves])
@@ -222,7 +222,7 @@ def place_samples(moves: tuple[Move, ...], curves: Curves, corners: Corners) -> 
         wanted = np.maximum(in_corner[side], np.ceil(needed * share[side] - 1e-9))
         count[:, k] = np.where(share[side] > 0, wanted, 0)
     free = np.maximum(np.ceil(needed * stretch[1] - 1e-9), least - count[:, 0] - count[:, 2])
-    count[:, 1] = np.where(stretch[1] > 1e-9, np.maximum(free, 1), 0)
+    count[:, 1] = np.where(stretch[1] > 0.01, np.maximum(free, 1), 0)
     first = np.array([move.first for move in moves])
     count[first] = (0, 1, 0)
 

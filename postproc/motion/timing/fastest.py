@@ -11,9 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.motion.timing.inertia import inertial_torque
+from postproc.motion.inertia import inertial_torque
+from postproc.motion.timing.effort import Effort
 from postproc.motion.timing.spline import Runs
-from postproc.motion.values import Flags, Index
+from postproc.motion.values import Flags, Index, payloads
 from postproc.robot.arm import Robot
 
 FASTEST = 20.0  # [m/s] stands for no limit
@@ -71,12 +72,13 @@ def programmed_ease(runs: Runs) -> Array:
     return np.where(runs.inside, ease[runs.path.move[runs.sample[1:]]], 1.0)
 
 
-def lay_grid(runs: Runs, cap: Array, ease: Array, window: Array) -> Grid:
+def lay_grid(runs: Runs, effort: Effort, cap: Array, ease: Array, window: Array) -> Grid:
     """Grid points at all knots, and where a ramp between two speeds starts or ends inside an interval.
 
     A lower speed is reached half a window early and kept half a window longer, so that averaging does not exceed it.
 
     Args:
+        effort: shares of the acceleration limits along the path.
         cap: (k - 1,) highest path speed of each interval between knots [m/s].
         ease: (k - 1,) share of the joints' acceleration limits.
         window: (r,) averaging time of each run [s].
@@ -85,7 +87,7 @@ def lay_grid(runs: Runs, cap: Array, ease: Array, window: Array) -> Grid:
     slope = runs.curve.c[2]
     with np.errstate(divide="ignore"):
         joint_cap = (runs.limits.speed / np.abs(slope)).min(axis=1)
-        ramp = ease * (runs.limits.acceleration / np.abs(slope)).min(axis=1)
+        ramp = ease / np.abs(effort.at(s[:-1], slope, slope)[0]).max(axis=1)
     cap = np.where(inside, np.minimum(cap, joint_cap), 0.0)
     reach = 0.5 * cap * window[runs.run[:-1]]
     wide = _lower_over(s, s[:-1] - reach, s[1:] + reach, cap, runs.run)
@@ -130,21 +132,23 @@ def _lower_over(s: Array, low: Array, high: Array, cap: Array, run: Index) -> Ar
     return table[0]
 
 
-UNIT = 0.01  # toppra's absolute tolerances suit numbers near one: path parameter in cm
+UNIT = 0.01  # toppra's absolute tolerances suit numbers near one: path parameter in cm,
+WHOLE = 10.0  # and limits near 10
 _MOST = 2000  # grid points
 _STOP = 1e-6  # squared speed that stands for a stop: with zero, rounding turns toppra's intervals inside out
 _LOOSE = 1e-6  # the same for a speed that is given
-_NEGLIGIBLE = 1e-6  # share of a joint's acceleration limit
+_NEGLIGIBLE = 1e-6  # share of an acceleration limit
 _SHARES = (1.0, 0.999, 0.99, 0.97)  # of the acceleration limits: another try where rounding stopped the first
 
 
-def fastest(robot: Robot, runs: Runs, grid: Grid, gravity: Array) -> tuple[Array, int | None]:
+def fastest(robot: Robot, runs: Runs, effort: Effort, grid: Grid, gravity: Array) -> tuple[Array, int | None]:
     """Fastest path speeds (g,) [m/s] at the grid points.
 
     Stops are grid points with speed zero, so one call of toppra serves several runs of about 2000 points together, and
     its memory does not grow with the program.
 
     Args:
+        effort: shares of the acceleration limits along the path.
         gravity: (3,) base axes [m/s^2]; counts where the robot has torque limits.
 
     Returns:
@@ -152,7 +156,7 @@ def fastest(robot: Robot, runs: Runs, grid: Grid, gravity: Array) -> tuple[Array
     """
     speed = np.zeros(len(grid.s))
     for rows in _parts(grid):
-        speed[rows], blocked = _of_part(robot, runs, grid.only(rows), gravity)
+        speed[rows], blocked = _of_part(robot, runs, effort, grid.only(rows), gravity)
         if blocked is not None:
             return np.zeros(len(speed)), rows.start + blocked
     return speed, None
@@ -167,7 +171,7 @@ def _parts(grid: Grid) -> Iterator[slice]:
             begin = end
 
 
-def _of_part(robot: Robot, runs: Runs, grid: Grid, gravity: Array) -> tuple[Array, int | None]:
+def _of_part(robot: Robot, runs: Runs, effort: Effort, grid: Grid, gravity: Array) -> tuple[Array, int | None]:
     """Fastest path speeds (g,) [m/s] of one part of the grid, and the index of the point where there is no way on.
 
     It is one call of toppra, repeated with smaller acceleration limits (down to 97 %) if rounding stops it.
@@ -178,15 +182,16 @@ def _of_part(robot: Robot, runs: Runs, grid: Grid, gravity: Array) -> tuple[Arra
     last = np.append(np.diff(grid.run) > 0, True)
     inner = np.where(last, np.nextafter(grid.s, -np.inf), grid.s)
     values: list[Array] = [runs.curve(inner), runs.curve(inner, 1) * UNIT, runs.curve(inner, 2) * UNIT**2]
+    slope, bend = effort.at(grid.s, runs.curve(inner, 1), runs.curve(inner, 2))
     # Next to nothing is nothing: toppra's linear programs fail on lines that are all but parallel.
-    values[2][np.abs(values[2]) * (grid.cap[:, None] / UNIT) ** 2 < _NEGLIGIBLE * runs.limits.acceleration] = 0.0
+    bend[np.abs(bend) * grid.cap[:, None] ** 2 < _NEGLIGIBLE] = 0.0
     low, high = (grid.floor / UNIT) ** 2 * (1 - _LOOSE), (grid.cap / UNIT) ** 2 * (1 + _LOOSE)
 
     dof = values[0].shape[1]
     bounds = SpeedBounds(low, np.maximum(high, _STOP), dof)
     on_grid = GridPath(values, np.array([grid.s[0], grid.s[-1]]) / UNIT)
     ease = grid.ease[:, None]
-    eased = values[1] / ease, values[2] / ease, np.zeros_like(values[1])
+    eased = WHOLE * UNIT * slope / ease, WHOLE * UNIT**2 * bend / ease, np.zeros_like(slope)
     ends = np.minimum(grid.cap, grid.floor)[[0, -1]] / UNIT
     fixed, may_stop = [JointVelocityConstraint(runs.limits.speed), bounds], grid.floor <= 0
     if robot.torque is not None:
@@ -196,7 +201,7 @@ def _of_part(robot: Robot, runs: Runs, grid: Grid, gravity: Array) -> tuple[Arra
         may_stop = may_stop & (np.abs(terms[2]) <= robot.torque).all(axis=1)
     blocked = 0
     for share in _SHARES:
-        limits = [*fixed, JointLimits(eased, share * runs.limits.acceleration, dof)]
+        limits = [*fixed, JointLimits(eased, np.full(dof, share * WHOLE), dof)]
         solver = TOPPRA(may_stop, limits, on_grid, gridpoints=grid.s / UNIT, solver_wrapper="seidel",
                         parametrizer="ParametrizeConstAccel")  # fmt: skip
         _, speed, _, controllable = solver.compute_parameterization(*ends, return_data=True)
@@ -215,8 +220,7 @@ def _torque_terms(
     Args:
         values: path coordinates and their first two derivatives, (g, c) each; the first six are the joint angles.
     """
-    moves = runs.moves_at(grid.s)
-    payload = np.array([m.payload_mass for m in moves]), np.array([m.payload_center for m in moves])
+    payload = payloads(runs.moves_at(grid.s))
     q, q1, q2 = (column[:, :6] for column in values)
     still = np.zeros_like(q)
     weight = inertial_torque(robot, (q, still, still), payload, gravity)

@@ -10,18 +10,21 @@ import numpy as np
 from postproc.arrays import Array, blocks, distinct, largest_of_rows
 from postproc.diagnostics import Diagnostic, Matter, PostprocError
 from postproc.motion.findings import at_move
+from postproc.motion.inertia import DRIVEN, drive_shares, inertial_torque
+from postproc.motion.timing.effort import Effort, effort_of
 from postproc.motion.timing.fastest import FASTEST, Grid, fastest, lay_grid, programmed_ease, programmed_speed
-from postproc.motion.timing.inertia import inertial_torque
 from postproc.motion.timing.spline import Cubics, Knots, Runs, fit_spline
 from postproc.motion.timing.timelaw import TimeLaw, evaluate, time_law, times_at
 from postproc.motion.values import Flags, Index
 from postproc.robot.arm import Robot
 
+RAMP = 0.1  # [s] in which an acceleration is taken up: of the IRB 6640, whose ramps are logged (docs/motion.md)
 _ROUNDS = 6
 _KEPT = 1.001  # ratio to a limit that counts as kept
 _PATCH = 40  # grid points on either side of a place that is slowed
 _CREEP = 1e-3  # [m/s] slower than this only near a stop, where a lower speed would not help
 _TO_EITHER_SIDE = 1e-7  # [s]
+_SLIGHT = 0.1  # share of an acceleration limit below which the torque of the drives is not computed
 _MARGIN = 0.95  # what is too fast is slowed a little more than asked for: fewer rounds
 
 
@@ -33,11 +36,13 @@ class Profile:
         runs: the knots of the path.
         law: the time law.
         start: (r + 1,) time [s] at which each run begins, and the last one ends.
+        payload: masses (k,) [kg] at the knots, and their centers (k, 3) in tool0 [m].
     """
 
     runs: Knots
     law: TimeLaw
     start: Array
+    payload: tuple[Array, Array]
 
     def at(self, t: Array) -> tuple[Index, Array]:
         """Run (k,) at each time t (k,) [s] from the start of the program, and the time since it began (k,) [s].
@@ -50,7 +55,8 @@ class Profile:
 
     def bare(self) -> Profile:
         """A copy of the profile without path and curve, so that long programs need less memory."""
-        return Profile(Knots(self.runs.sample, self.runs.run, self.runs.count, self.runs.s), self.law, self.start)
+        knots = Knots(self.runs.sample, self.runs.run, self.runs.count, self.runs.s)
+        return Profile(knots, self.law, self.start, self.payload)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +65,7 @@ class JointMotion:
 
     Args:
         place: (k,) path parameter [m]; path_speed: (k,) [m/s].
+        path_acceleration: (k,) [m/s^2].
         v, a: (k, c) [rad/s], [rad/s^2]; of linear axes [m/s], [m/s^2].
         a_slope: (k, c) the part of a that changes the speed along the path.
         jerk_bend, jerk_slope: (k, c) [rad/s^3], from the shape of the path and from the change of path acceleration.
@@ -66,6 +73,7 @@ class JointMotion:
 
     place: Array
     path_speed: Array
+    path_acceleration: Array
     v: Array
     a: Array
     a_slope: Array
@@ -88,7 +96,7 @@ def joint_motion(runs: Knots, law: TimeLaw, run: Index, t: Array, curve: Cubics)
     q1, q2, q3 = curve.derivatives(place)
     bend = q3 * sd**3 + 3 * q2 * sd * sdd
     slope = q1 * sdd
-    return JointMotion(place, sd[:, 0], q1 * sd, q2 * sd**2 + slope, slope, bend, q1 * sddd)
+    return JointMotion(place, sd[:, 0], sdd[:, 0], q1 * sd, q2 * sd**2 + slope, slope, bend, q1 * sddd)
 
 
 def slope_acceleration(runs: Runs, law: TimeLaw, run: Index, t: Array) -> Array:
@@ -127,18 +135,19 @@ def limited_law(robot: Robot, runs: Runs, gravity: Array) -> TimeLaw:
     Raises:
         PostprocError: MOT010, no speed keeps the limits of a joint.
     """
-    window = np.full(runs.count, float((runs.limits.acceleration / runs.limits.jerk).max()))
+    window = np.full(runs.count, max(RAMP, float((runs.limits.acceleration / runs.limits.jerk).max())))
     if runs.count == 0:
         return time_law(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0), window)
     stated = programmed_speed(runs), programmed_ease(runs)
     # Where the curvature of the path alone uses half of a joint's jerk limit: |q'''| s_dot^3, constant between knots.
     jerk = (np.abs(6 * runs.curve.c[0]) / runs.limits.jerk).max(axis=1)
     smooth = np.cbrt(0.5 / np.maximum(jerk, 0.5 / FASTEST**3))
-    grid = lay_grid(runs, np.minimum(stated[0], smooth), stated[1], window)
+    effort = effort_of(robot, runs)
+    grid = lay_grid(runs, effort, np.minimum(stated[0], smooth), stated[1], window)
 
     def solve(part: Grid) -> tuple[Array, int | None]:
         """Fastest speeds (g,) [m/s] on a part of the grid, and the point where there is no way on."""
-        return fastest(robot, runs, part, gravity)
+        return fastest(robot, runs, effort, part, gravity)
 
     speed, blocked = solve(grid)
     if blocked is not None:
@@ -150,7 +159,7 @@ def limited_law(robot: Robot, runs: Runs, gravity: Array) -> TimeLaw:
         changed |= (wider > window)[grid.run]
         window = wider
         law = time_law(grid.run, grid.s, speed, window)
-        allowed = _examine(runs, law, stated, np.flatnonzero(changed), excess)
+        allowed = _examine((runs, effort), law, stated, np.flatnonzero(changed), excess)
         if not (excess > _KEPT).any():
             return law
         if attempt < _ROUNDS:
@@ -229,17 +238,20 @@ def _wide_enough(runs: Runs, grid: Grid, speed: Array, window: Array, changed: F
     return window
 
 
-def _examine(runs: Runs, law: TimeLaw, stated: tuple[Array, Array], rows: Index, excess: Array) -> Array:
+def _examine(
+    along: tuple[Runs, Effort], law: TimeLaw, stated: tuple[Array, Array], rows: Index, excess: Array
+) -> Array:
     """Write into ``excess`` (k - 1,) the factor by which some intervals are passed too fast, 1 at a limit.
 
     Args:
+        along: the path, and the shares of the acceleration limits along it.
         stated: ``programmed_speed`` and ``programmed_ease`` of the intervals, (k - 1,) each.
         rows: indices of the grid points to look at.
 
     Returns:
         (k - 1,) path speed [m/s] to allow instead, infinite where no limit is exceeded.
     """
-    program, ease = stated
+    (runs, effort), (program, ease) = along, stated
     allowed = np.full(len(program), np.inf)
     largest = np.full(len(program), -1.0)
     run = law.run[rows]
@@ -254,7 +266,7 @@ def _examine(runs: Runs, law: TimeLaw, stated: tuple[Array, Array], rows: Index,
         over = np.maximum.reduce([
             largest_of_rows(np.abs(m.v) / runs.limits.speed),
             m.path_speed / np.where(program[i] > 0, program[i], np.inf),
-            np.sqrt(largest_of_rows(np.abs(m.a) / runs.limits.acceleration) / ease[i]),
+            np.sqrt(_used(effort, m) / ease[i]),
             np.cbrt(largest_of_rows(np.abs(m.jerk_bend + m.jerk_slope) / runs.limits.jerk)),
         ])  # fmt: skip
         np.maximum.at(largest, i, over)
@@ -262,6 +274,15 @@ def _examine(runs: Runs, law: TimeLaw, stated: tuple[Array, Array], rows: Index,
         np.minimum.at(allowed, i, np.where(over > _KEPT, slower, np.inf))
     excess[largest >= 0.0] = largest[largest >= 0.0]
     return allowed
+
+
+def _used(effort: Effort, m: JointMotion) -> Array:
+    """Largest share (k,) of an acceleration limit that a motion uses at k instants, 1 at the limit."""
+    share = m.a / effort.acceleration
+    if len(effort.slope):
+        slope, bend = effort.driven(m.place)
+        share[:, DRIVEN] = slope * m.path_acceleration[:, None] + bend * m.path_speed[:, None] ** 2
+    return largest_of_rows(np.abs(share))
 
 
 def _blocked(robot: Robot, runs: Runs, s: float, gravity: Array) -> Diagnostic:
@@ -321,7 +342,15 @@ def check_limits(robot: Robot, profile: Profile, q_corrected: Array) -> LimitRep
             run, inner = profile.at(moments[part])
             m = joint_motion(profile.runs, law, run, inner, curve)
             jerk = np.abs(m.jerk_bend + m.jerk_slope) / robot.jerk
-            ratios = np.abs(m.v) / robot.speed, np.abs(m.a) / robot.acceleration, jerk  # (k, 6) each, 1 at the limit
+            share = m.a / robot.acceleration
+            if robot.drives is not None:
+                rows = np.flatnonzero(largest_of_rows(np.abs(share)) > _SLIGHT)
+                place = m.place[rows]
+                near = np.minimum(np.searchsorted(profile.runs.s, place), len(profile.runs.s) - 1)
+                payload = profile.payload[0][near], profile.payload[1][near]
+                motion = curve(place)[:, :6], m.v[rows], m.a[rows]
+                share[rows, DRIVEN] = drive_shares(robot, robot.drives, motion, payload)
+            ratios = np.abs(m.v) / robot.speed, np.abs(share), jerk  # (k, 6) each, 1 at the limit
             for ratio, power in zip(ratios, (1.0, 0.5, 1.0 / 3.0), strict=True):
                 np.maximum.at(needed, run, largest_of_rows(ratio) ** power)
             for kind, ratio in enumerate(ratios):

@@ -11,13 +11,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from postproc.arrays import Array, blocks, gravity_in, invert
+from postproc.motion.inertia import point_velocity
 from postproc.motion.path.samples import Samples
-from postproc.motion.timing.inertia import point_velocity
 from postproc.motion.timing.jerk_limited import Profile, joint_motion, limited_law, slope_acceleration
 from postproc.motion.timing.spline import cut_runs
 from postproc.motion.timing.sustained import sustained
 from postproc.motion.timing.timelaw import times_at
-from postproc.motion.values import Flags, Index, Move, frames_at
+from postproc.motion.values import Flags, Index, Move, frames_at, payloads
 from postproc.robot.arm import Robot
 from postproc.robot.cells.station import INSTANT, Station
 from postproc.robot.kinematics import body_poses
@@ -103,7 +103,7 @@ def retime(
     runs = cut_runs(robot, path, station)
     law = limited_law(robot, runs, gravity)
     start = np.concatenate([[0.0], np.cumsum(law.duration)])
-    profile = Profile(runs, law, start)
+    profile = Profile(runs, law, start, payloads(runs.moves_at(runs.s)))
 
     t, (v, a, slope) = np.full(n, np.nan), np.zeros((3, n, 6 + len(runs.axes)))
     if runs.count:

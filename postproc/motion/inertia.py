@@ -8,10 +8,12 @@ from postproc.arrays import Array, blocks
 from postproc.effects.geometry import point_acceleration
 from postproc.model.chain import deflected_chain, directions
 from postproc.model.multibody import Multibody
-from postproc.robot.arm import Robot
+from postproc.robot.arm import Drives, Robot
 from postproc.robot.kinematics import body_motions
 
 NO_GRAVITY = np.zeros(3)
+DRIVEN = slice(0, 3)
+"""Columns of the joints whose accelerations `Drives` limit: axes 1 to 3."""
 
 
 def point_velocity(robot: Robot, T_base_body: Array, v: Array, point: Array) -> Array:
@@ -49,3 +51,16 @@ def inertial_torque(
         moment = np.cross(point, force)[:, None] - np.cross(along.origin, force[:, None])
         result[rows] = arm.rnea(chain, along, v[rows], a[rows]) + np.sum(along.spin * moment, axis=2)
     return result
+
+
+def drive_shares(
+    robot: Robot, drives: Drives, motion: tuple[Array, Array, Array], payload: tuple[Array, Array]
+) -> Array:
+    """Shares (n, 3), with their sign, that a motion takes of the torques with which axes 1 to 3 accelerate.
+
+    Args:
+        motion: q, v, a, (n, 6) each [rad], [rad/s], [rad/s^2].
+        payload: mass (n,) [kg], a point mass, and its center (n, 3) in tool0 [m].
+    """
+    torque = inertial_torque(robot, motion, payload)[:, DRIVEN]
+    return np.asarray((torque + drives.rotor * motion[2][:, DRIVEN]) / drives.torque)
