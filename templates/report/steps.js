@@ -26,7 +26,7 @@ class ResidualScene {
     const space = this.space = new Space(host, { label: "Residuals where they were measured, drawn larger than they are.", near: (x, y) => this.near(x, y) });
     if (!space.works) return;
     space.scene.add(floor(space));
-    this.vectors = { came: space.lines(this.ends(all.away[0]), { color: "--before", width: 1.8 }), found: space.lines(this.ends(all.away[0]), { color: "--after", width: 1.8 }) };
+    this.vectors = { came: space.lines(this.ends(all.away[0]), { color: "--before", width: 1.8 }), found: space.lines(this.ends(all.away[0]), { color: "--ink", width: 1.8 }) };
     this.pulls = space.lines(new Float32Array(6), { color: "--ink", width: 3 });
     this.dot = space.tag("dot");
     this.names = [0, 1, 2, 3].map(() => space.tag());
@@ -114,7 +114,6 @@ function showSteps() {
   const packed = data("steps");
   if (!packed) return;
   const place = (name) => document.querySelector(`[data-steps="${name}"]`), { steps } = packed, last = steps.length - 1;
-  document.documentElement.classList.add("measured");
   const step = new Choice(null);
   let all = null, scene = null;
   if (place("space")) {

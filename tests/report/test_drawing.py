@@ -13,13 +13,16 @@ from postproc.effects.base import Effect, Load, param
 from postproc.effects.library.joints.backlash import Backlash
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
+from postproc.model.scatter import stiffness_factors
 from postproc.report.blocks import Bar, Bars, Chart, DataTable, Document, Figure, Scene, Section
 from postproc.report.drawing.charts import DrawnCurve, scatter, shares
 from postproc.report.drawing.columns import exact, packed
 from postproc.report.drawing.laws import Law, law_charts, laws_of
+from postproc.report.drawing.parameters import correlated_pairs, correlations, drawn_parameters, parameter_chart
 from postproc.report.drawing.postures import posture_drawings
 from postproc.report.page import render_page
 from postproc.report.terminal import render_text
+from postproc.results.wording import named_values
 from tests.report.build import BACKLASH, chain, line, numbers, points, sample, tables
 
 DIRECTIONS = np.array([-1.0, 1.0])
@@ -216,6 +219,36 @@ def test_a_force_is_drawn_as_torques_on_the_joints(fitted: Fit, joint: int) -> N
     step = 1e-5 * np.eye(6)[joint - 1]
     lever = np.array([(height(row + step) - height(row - step)) / 2e-5 for row in q])
     assert torque.unit == "N m" and torque.y == pytest.approx(200.0 * np.sin(q[:, 1]) * lever, abs=1.0)
+
+
+def test_parameters_stand_on_the_axis_of_their_prior(fitted: Fit) -> None:
+    """Springs in logarithms, ln(C / C_type) over ln(factor) / 1.96; correlations are those of the covariance."""
+    words = named_values(fitted, ["joint_compliance", "backlash"])
+    drawn = {(one.effect, one.name): one for one in drawn_parameters(fitted, words)}
+    C, sigma = parameter(fitted, "joint_compliance", 1)
+    robot = fitted.model.robot
+    assert robot.joint_compliance is not None
+    spread = np.log(stiffness_factors(robot)[1]) / 1.96
+    spring = drawn["joint_compliance", "compliance[2]"]
+    assert spring.at == pytest.approx(np.log(C / robot.joint_compliance[1]) / spread, rel=1e-3)
+    assert spring.high - spring.low == pytest.approx(2 * 1.96 * sigma / C / spread, rel=0.1) and spring.determined
+    assert not drawn["joint_compliance", "compliance[1]"].determined
+    chart = parameter_chart(list(drawn.values()))
+    assert chart.count('class="axis"') + chart.count('class="axis open"') == len(drawn)
+    assert chart.count("not told by these rows<") == sum(not one.determined for one in drawn.values())
+    names, rho = correlations(fitted)
+    a, b = (names.index(name) for name in (("joint_compliance", 1), ("joint_compliance", 2)))
+    k, m = (fitted.posterior.names.index(names[i]) for i in (a, b))
+    cov = (
+        fitted.posterior.covariance
+        + (fitted.posterior.directions.T @ fitted.posterior.directions)[
+            : len(fitted.posterior.names), : len(fitted.posterior.names)
+        ]
+    )
+    assert rho[a, b] == pytest.approx(cov[k, m] / np.sqrt(cov[k, k] * cov[m, m])) and np.diag(rho) == pytest.approx(1.0)
+    strongest = correlated_pairs(fitted, words, ["backlash"])
+    assert all(abs(float(row[2])) >= 0.5 for row in strongest)
+    assert strongest and all(("sum" in row[3]) == row[2].startswith("-") for row in strongest)
 
 
 def test_every_law_has_a_chart(fitted: Fit) -> None:

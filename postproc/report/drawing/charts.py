@@ -121,14 +121,16 @@ def bars(block: Bars) -> str:
     """
     known = [level for level in block.bars if level.value is not None]
     floor = block.floor
-    percent = 100 / max([*(level.value or 0.0 for level in known), floor or 0.0, 1e-12])
+    # A grey bar may be of any length, and ends where the others do.
+    own = [level.value or 0.0 for level in known if level.name != block.grey or len(known) == 1]
+    percent = 100 / max([*own, floor or 0.0, 1e-12])
     end = "" if floor is None else f'<i class="floor" style="left: {floor * percent:.1f}%"></i>'
     rows = []
     for k, level in enumerate(known):
         fall = bool(block.steps or block.grey)
         kind = "aside" if level.name == block.grey else "later" if fall and k else "first" if fall else ""
         hint = f' title="{escape(level.note)}"' if level.note else ""
-        bar = f'<i class="{kind}"{hint} style="width: {(level.value or 0.0) * percent:.1f}%"></i>'
+        bar = f'<i class="{kind}"{hint} style="width: {min((level.value or 0.0) * percent, 100.0):.1f}%"></i>'
         name = f"<span>{escape(level.name)}</span>"
         if level.name in block.steps:
             name = f'<button type="button" data-step="{block.steps.index(level.name)}">{escape(level.name)}</button>'
