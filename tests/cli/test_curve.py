@@ -30,9 +30,8 @@ def test_a_law_without_a_name_is_diagnosed_added_and_compensated(call: Call, sam
     base, better, out = (tmp_path / name for name in ("base.toml", "better.toml", "out.mod"))
     effects = "instrument_frame,tool_frame,joint_offset,joint_compliance"
     assert call("fit", data, "--robot", "irb4600_60_205", "--effects", effects, "-o", base).code == 0
-    diagnosed = call("diagnose", base, data, "--json")
-    assert json.loads(diagnosed.out)["verdict"] == "unknown"
     told = call("diagnose", base, data)
+    assert "verdict unknown" in told.out
     assert f"next: `postproc add {base} curve --data {data} -o BETTER.toml`" in told.err
     added = call("add", base, "curve", "--data", data, "-o", better, "--json")
     assert added.code == 0 and not any(

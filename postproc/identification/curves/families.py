@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
-from itertools import combinations, groupby, pairwise
+from functools import cached_property, partial
+from itertools import combinations, pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.channels.sight import Site
@@ -16,6 +17,7 @@ from postproc.channels.state import State
 from postproc.channels.units import recorded, shown
 from postproc.diagnostics import joined
 from postproc.effects.terms import LEANS, LOADED
+from postproc.grouping import grouped
 from postproc.identification.curves.derived import around, creeps, lags, memories, overturning, pulls, readings
 from postproc.identification.curves.form import (
     Block,
@@ -102,11 +104,19 @@ class CurveForms:
 
         return Group(sorted(self.blocks, key=order))
 
+    @cached_property
+    def runs(self) -> list[tuple[str | None, range]]:
+        """Blocks of `every` by their numbers, with the only place where they make sense, place by place."""
+        runs = [(b.like.where, k) for k, b in enumerate(self.every.blocks)]
+        return [(only, range(ks[0], ks[-1] + 1)) for only, ks in grouped(runs).items()]
+
     def at(self, where: str) -> Iterator[tuple[slice, bool]]:
         """Yield (slice of `every`, whether it makes sense at any place) for the curves that make sense at a place."""
         blocks, ends = self.every.blocks, self.every.ends
-        for only, some in groupby(range(len(blocks)), key=lambda k: blocks[k].like.where):
-            good = [k for k in some if only == where or self.sensible(blocks[k].like, where)]
+        for only, some in self.runs:
+            good: Sequence[int] = some if only == where or self.sensible(blocks[some[0]].like, where) else ()
+            if only is None and where in APART:
+                good = [k for k in some if self.sensible(blocks[k].like, where)]
             if good:
                 yield slice(int(ends[good[0]]), int(ends[good[-1] + 1])), only is None
 
@@ -157,11 +167,12 @@ class CurveForms:
         group = Group(blocks)
         return group, group.values
 
-    def grown(self, pattern: CurveForm) -> Iterator[tuple[Single, Group]]:
-        """Yield (values (n, G), G curves): a curve, or one of its two factors, times switches of other channels.
+    def grown(self, pattern: CurveForm) -> Iterator[tuple[Single, Callable[[int], CurveForm]]]:
+        """Yield (values (n, G), which returns the k-th of G curves): a curve, or one of its factors, times switches.
 
-        A curve that may itself be a switch is also multiplied by what is proportional to another channel: a clamp
-        gives under a load.
+        The switches are those of other channels; of a product of two, each factor is switched by the channel of the
+        other. A curve that may itself be a switch is also multiplied by what is proportional to another channel: a
+        clamp gives under a load.
         """
         switches, values = self.switches
         ends = switches.ends
@@ -172,23 +183,21 @@ class CurveForms:
             ]  # fmt: skip
             if kept:
                 columns = np.concatenate([np.arange(ends[k], ends[k + 1]) for k in kept])
-                yield (
-                    values[:, columns] * one.values.astype(np.float32)[:, None],
-                    Group(_switched(one, switches.blocks[k]) for k in kept),
-                )
+                of_columns = partial(_switched, one, switches, columns)
+                yield values[:, columns] * one.values.astype(np.float32)[:, None], of_columns
         if len(pattern.factors) == 1 and pattern.factors[0][0].gate:
             [(curve, signal)] = pattern.factors
             some = [b for b in self.sizes.blocks if not set(pattern.channels).intersection(b.like.channels)]
             for side in range(3 if len(curve.gate) > 1 else 1) if some else ():
                 gate = Block(replace(pattern, factors=((switching(curve, side), signal),)), np.array([pattern.numbers]))
                 group = Group(product_of(b, gate, pattern.kind, pattern.where) for b in some)
-                yield group.values, group
+                yield group.values, group.__getitem__
 
 
-def _switched(one: CurveForm, switch: Block) -> Block:
-    """Return the products of a curve with each switch of a block, which says where another channel lets it act."""
-    numbers = np.hstack([np.tile(one.numbers, (len(switch), 1)), switch.numbers])
-    return Block(replace(one, factors=one.factors + switch.like.factors, numbers=(), level=0), numbers)
+def _switched(one: CurveForm, switches: Group, columns: NDArray[np.intp], k: int) -> CurveForm:
+    """Return the product of a curve with a switch, the k-th of some, which says where another channel lets it act."""
+    switch = switches[int(columns[k])]
+    return replace(one, factors=one.factors + switch.factors, numbers=one.numbers + switch.numbers, level=0)
 
 
 def _factors(pattern: CurveForm) -> Iterator[tuple[CurveForm, str]]:

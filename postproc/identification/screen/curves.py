@@ -242,12 +242,12 @@ class CurveScreen:
         if not parts:
             return []
         falls = np.concatenate([self._seen(one.where).falls(values) for values, _ in parts])
-        which = [(group, k) for _, group in parts for k in range(len(group))]
+        which = [(product, k) for values, product in parts for k in range(values.shape[1])]
 
         def made(k: int) -> CurveForm:
             """Return the k-th product, at the price of having tried them all."""
-            group, at = which[k]
-            return replace(group[at], tries=one.form.tries * len(which))
+            product, at = which[k]
+            return replace(product(at), tries=one.form.tries * len(which))
 
         price = np.full(len(falls), 2 * np.log(len(which)) + self.every.price(one.form))
         ranked = self._ranked(one.where, falls, price, made, 1)
