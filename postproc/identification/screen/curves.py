@@ -124,7 +124,7 @@ class CurveScreen:
         """Return the best suspect for each place and set of channels, strongest first, at most `MOST`.
 
         Their log evidence is limited to what it is without the row that gains most, so that one bad reading makes no
-        curve.
+        curve. Of several with the same evidence, that with the larger fall of the sum of squares comes first.
 
         Args:
             least: log evidence below which curves are not refined.
@@ -133,7 +133,8 @@ class CurveScreen:
         for one in sorted((*self.tried, *self._sharpened(least)), key=lambda s: -s.evidence):
             once.setdefault((one.where, one.channels), one)
         best = list(once.values())[:MOST]
-        return sorted((self._without_a_row(s) if s.evidence > 0 else s for s in best), key=lambda s: -s.evidence)
+        limited = (self._without_a_row(s) if s.evidence > 0 else s for s in best)
+        return sorted(limited, key=lambda s: (-round(s.evidence, 6), -s.fall))
 
     def _without_a_row(self, one: Suspect) -> Suspect:
         """Return the suspect with its log evidence limited to what it is without the row that gains most by it."""
