@@ -81,7 +81,7 @@ def commands_page() -> str:
 
 def files_page() -> str:
     """Keys of every kind of file that people write, and where its JSON Schema is."""
-    from postproc.schemas import SCHEMA_KINDS
+    from postproc.cli.look_up.schemas import SCHEMA_KINDS
 
     lines = ["# Files: keys and JSON Schemas", "", "Generated from the declarations by which the files are read.", ""]
     lines += [
@@ -97,7 +97,7 @@ def files_page() -> str:
 
 
 def _schemas() -> dict[str, dict[str, Any]]:
-    from postproc.schemas import SCHEMA_KINDS, schema_of
+    from postproc.cli.look_up.schemas import SCHEMA_KINDS, schema_of
 
     return {kind: schema_of(kind) for kind in SCHEMA_KINDS}
 

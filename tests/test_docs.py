@@ -17,7 +17,7 @@ import pytest
 from jsonschema import Draft202012Validator
 from markdown_it import MarkdownIt
 
-from postproc.schemas import schema_of
+from postproc.cli.look_up.schemas import schema_of
 from tests.conftest import ROOT
 
 DOCS = ROOT / "docs"

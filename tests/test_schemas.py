@@ -11,9 +11,9 @@ import tomlkit
 from jsonschema import Draft202012Validator
 
 import postproc
+from postproc.cli.look_up.schemas import SCHEMA_KINDS, schema_of
 from postproc.diagnostics import Source
 from postproc.model.file import parse_model, read_model
-from postproc.schemas import SCHEMA_KINDS, schema_of
 from tests.build import refused
 from tests.conftest import ROOT
 

@@ -1,1 +1,1 @@
-"""Commands to look things up: `effects`, `robots`, `schema`, `explain`."""
+"""Commands to look things up: `effects`, `robots`, `schema` (of `schemas`), `explain`."""

@@ -17,6 +17,6 @@ def run(kind: Kind, /) -> None:
     """
     from json import dumps
 
-    from postproc.schemas import schema_of
+    from postproc.cli.look_up.schemas import schema_of
 
     put(dumps(schema_of(kind), indent=2))
