@@ -28,6 +28,9 @@ from postproc.measure.read.columns import columns_of
 from postproc.model.arm import Model
 from postproc.watch import Watch, unwatched
 
+VISIBLE = 5.0
+"""Standard deviations of the noise by which all rows together must change where an effect of ordinary size shows."""
+
 
 def diagnose(
     model: Model,
@@ -91,7 +94,7 @@ def _diagnosed(
     remaining = () if too_few(base) and not missing else _remaining(named, curves, bool(exceeds_noise))
     quiet: Verdict = "complete" if exceeds_noise is False else "unknown"
     verdict: Verdict = "unknown" if remaining or exceeds_noise else "missing" if missing else quiet
-    blind = {c.key: _why_blind(c) for c in first if c.visible < 5.0} | untestable
+    blind = {c.key: _why_blind(c) for c in first if c.visible < VISIBLE} | untestable
     in_model = {e.key for e in (*final.model.effects, *base.model.effects)}
     return Diagnosis(
         verdict=verdict,
@@ -153,4 +156,5 @@ def _why_blind(candidate: Candidate) -> str:
     """Return in words why this data could not have shown an effect."""
     if candidate.visible < 0.05:
         return "these poses do not move it, or the fitted parameters can do exactly the same"
-    return f"an effect of ordinary size would stand out by only {candidate.visible:.1f} standard deviations in all"
+    deviations = f"{candidate.visible:.1f} standard deviations of the noise, {VISIBLE:.0f} are needed"
+    return f"an effect of ordinary size changes all rows together by {deviations}"

@@ -30,7 +30,11 @@ from postproc.results.wording import SMOOTH_FUNCTIONS
 HARDLY_ANY = 0.05
 """Share of the way to the floor that must be gone to be called more than hardly any: chance goes a few percent."""
 EACH_NOTE = "Everything fitted again without the effect: long bars matter."
-REGIONS = {"near": "near the measured rows", "left_out": "in parts left out", "anywhere": "at any joint angles"}
+REGIONS = {
+    "near": "near the measured rows",
+    "left_out": "in parts of the joint space left out",
+    "anywhere": "at any joint angles",
+}
 BASE_LABEL = "the model as it came"
 HOLDS = (
     "Standard deviation per axis of a measurement there; parts left out are quarters of the range of the joints along "

@@ -27,6 +27,7 @@ GREY = (
     "Grey: what a smooth function of all channels, without physics, reaches on rows that it has not seen. "
     "An effect that jumps can do better."
 )
+FOLLOWS = "What the residual follows: share of its variance that each channel explains alone, above chance"
 WITHIN = {"50": "half", "95": "95 %", "99": "99 %"}  # shares of the poses by their percentile
 WORST, FOLLOWED = 5, 8
 """Worst poses, and channels that the residual follows, that a terminal prints."""
@@ -66,7 +67,7 @@ def comparison_document(name: str, comparison: Comparison) -> Document:
             *channel_sections(fit, "What it follows: every channel", folded=kind.name == "position"),
             Section("Figures", _figures(values, comparison)),
             Section("Laws that the model holds", [laws], "At these poses.", folded=True),
-            Section("What the residual follows: share of its variance above chance", [followed], folded=True),
+            Section(FOLLOWS, [followed], folded=True),
         ],
         scene=steps_scene(kind.name, lambda: steps_data([Rung("this model", fit, fit.rms, held_out=False)], (), noise)),
     )

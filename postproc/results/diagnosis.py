@@ -36,6 +36,8 @@ from postproc.results.sentences import MOST_RIVALS_NAMED, doubts, headline, titl
 from postproc.results.wording import SMOOTH_FUNCTIONS, p_text, percent, place
 
 IN_REGIONS = "in parts of the joint space left out, searched anew"
+NOTHING = "Nothing is missing"
+"""The verdict "complete" in words."""
 TELLING_CHANCE = 0.05
 """Chance below which a candidate stands in the ranking on the terminal; the first FEWEST and no more than MOST do.
 
@@ -200,7 +202,10 @@ def verdict_figures(values: Values) -> list[Figure]:
     missing = ", ".join(names)
     if values["verdict"] == "missing":
         return [Figure("missing", missing)]
-    return [Figure("verdict", values["verdict"]), Figure("found", missing or None)]
+    return [
+        Figure("verdict", NOTHING if values["verdict"] == "complete" else values["verdict"]),
+        Figure("found", missing or None),
+    ]
 
 
 def _ladder(d: Diagnosis, values: Values, steps: Any) -> Section:

@@ -19,6 +19,7 @@ from postproc.model.uncertainty import parameter_name
 from postproc.numbers import mm, mm_or_none, percent_range
 from postproc.report.blocks import Chart, DataTable, Document, Figure, Section, Values
 from postproc.report.drawing.parameters import correlated_pairs, correlation_map, drawn_parameters, parameter_chart
+from postproc.report.drawing.residuals import channel_sections
 from postproc.results.wording import known_values, named_values, parameter_rows, parameters_text
 
 BESIDE_PRIOR = (
@@ -64,6 +65,8 @@ def fit_document(name: str, fit: Fit) -> Document:
         sections=[
             Section("Parameters", [parameter_table(fit, keys)]),
             Section("What to know of this fit", known_of(fit)),
+            *parameter_sections(fit, ()),
+            *channel_sections(fit, "What the residual follows"),
         ],
     )
 

@@ -43,8 +43,8 @@ def offset(*rad: float) -> str:
     return effect("joint_offset", f"offset_rad = {[*rad, *[0] * (6 - len(rad))]}")
 
 
-def fitted(variance: str) -> str:
-    return f'[fit]\nparameters = ["joint_compliance.compliance_rad_per_Nm[2]"]\ncovariance = ["{variance}"]\n'
+def fitted(variance: str, parameter: str = "joint_compliance.compliance_rad_per_Nm[2]") -> str:
+    return f'[fit]\nparameters = ["{parameter}"]\ncovariance = ["{variance}"]\n'
 
 
 def lifted(kg: float) -> str:
@@ -92,6 +92,14 @@ def test_what_no_arm_is_like_is_doubted_or_refused(
     assert {d.severity for d in doubts} == ({severity} if severity else set())
     assert all(words in d.message for d in doubts)
     assert bool(conversion.outputs) == (severity != "error")
+
+
+@pytest.mark.parametrize(("deviation", "left_open"), [(7e-3, True), (1e-4, False)])
+def test_a_large_correction_by_what_the_fit_left_open_says_so(deviation: float, left_open: bool) -> None:
+    name = "joint_offset.offset_rad[2]"
+    text = springs() + offset(0, 0.02) + fitted(str(deviation**2), name)
+    (doubt,) = findings(convert(TWO, model(text), force=NO_FORCE), "CMP015")
+    assert (f"`{name}` is 0.02 ± 0.007" in doubt.help and "`[priors]`" in doubt.help) is left_open
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,8 @@ from postproc.diagnostics import Source
 from postproc.effects.registry import effect_library
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
-from postproc.estimation.priors import with_earlier_fit
+from postproc.estimation.posterior import Objective
+from postproc.estimation.priors import Prior, with_earlier_fit
 from postproc.estimation.recorded import recorded_model
 from postproc.identification.add import add_effects, fit_effects
 from postproc.measure.measurements import Measurements
@@ -48,6 +49,21 @@ def read_back(model: Model) -> Model:
 
 def springs(fit: Fit) -> np.ndarray:
     return fit.model.effect(SPRINGS).vector()
+
+
+@pytest.mark.parametrize(
+    ("deviation", "least", "most"),
+    [(7e-3, 0.0, 1e-3), (4e-3, 16e-3, 20e-3), (1e-4, 19.99e-3, 20e-3)],  # of rows that have 20 mrad
+)
+def test_a_value_of_many_ordinary_sizes_needs_rows_that_say_so(deviation: float, least: float, most: float) -> None:
+    """The zero of joint 1 against the turn of the instrument: the difference is told to 1 µrad, the sum hardly."""
+    tied, sum_ = np.array([[1.0, 1.0]]) / 1e-6, np.array([[1.0, -1.0]]) / (2 * deviation)
+    rows, start = np.vstack([tied, sum_]), np.array([20e-3, -20e-3])
+    yes, normal = np.array([True, False]), np.zeros(2, dtype=bool)
+    prior = Prior(np.zeros(2), np.array([1e-3, np.inf]), normal, yes, ("ordinary size", ""))
+    x = Objective(rows.T @ rows, np.zeros(2), start, prior).minimum()
+    assert x[0] + x[1] == pytest.approx(0, abs=1e-6) and least <= x[0] <= most
+    assert prior.deviation(x)[0] == pytest.approx(max(1e-3, x[0] / 2))
 
 
 def test_a_spring_that_gravity_does_not_load_is_as_the_type_has_it():

@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from postproc import BASE
 from postproc.cli.improve.model_options import ArmOptions, MeasuredOptions
 from postproc.cli.inputs import assumed, short_names
-from postproc.cli.options import Flag, Output, Tables, TextFlag, VectorText, parse_tool, parse_vector
+from postproc.cli.options import Flag, Output, ReportFile, Tables, TextFlag, VectorText, parse_tool, parse_vector
 from postproc.cli.output import check_outputs, present, write_model
 from postproc.cli.printing import say, say_next, show
 from postproc.cli.progress import watching
@@ -36,6 +36,7 @@ def run(
     cell: Path | None = None,
     output: Output = None,
     table: MeasuredOptions = MeasuredOptions(),
+    report: ReportFile = None,
     json: Flag = False,
     text: TextFlag = False,
 ) -> int:
@@ -63,7 +64,7 @@ def run(
     from postproc.robot.pose import rpy
 
     robot, cell, stated, robot_from = _stated(data[0], robot, cell)
-    check_outputs((*data, *table.inputs, robot, cell), output)
+    check_outputs((*data, *table.inputs, robot, cell), output, report)
     arm = load_robot(robot)
     show(doubts(arm))
     words, classes = _effects(effects if effects is not None else ",".join(stated.effects or BASE))
@@ -88,10 +89,17 @@ def run(
     _check_frames(fit, {cls.key for cls in classes})
     no_farther_than_nominal(fit)
     write_model(output, recorded_model(fit), silent=json)
-    present(fit_document(short_names(*data), fit), json=json, text=text, on_stderr=output is None)
+    present(fit_document(short_names(*data), fit), report, json=json, text=text, on_stderr=output is None)
     if not json and output is not None:
         arm_options = ArmOptions(effects=tuple(Path(word) for word in words if word.endswith(".py")))
-        say_next("says whether an effect is missing", "diagnose", output, *data, *table.words(), *arm_options.words())
+        program = ("compensate", "PROGRAM", "-m", output, *arm_options.words(), "-o", "OUT")
+        diagnosis = ("diagnose", output, *data, *table.words(), *arm_options.words())
+        steps = [("says whether an effect is missing", diagnosis), ("corrects a program with it", program)]
+        # A few readings of a shop tell springs and geometry, and hardly what else is missing.
+        for lead, (what, command) in zip(
+            ("next", "or"), steps if measured.readings is None else steps[::-1], strict=True
+        ):
+            say_next(what, *command, lead=lead)
     return 0
 
 
