@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from postproc import files
-from postproc.cli.printing import STDIN
+from postproc.cli.printing import STDIN, say_next
 from postproc.diagnostics import PostprocError, Source
 
 if TYPE_CHECKING:
@@ -77,3 +77,16 @@ def assumed(robot: str, effects: Iterable[str], sigma: float | None, weighed: bo
 def short_names(*compared: str | Path) -> str:
     """Return the names of files without their folders, joined by blanks, for a title."""
     return " ".join(Path(file).name for file in compared)
+
+
+def say_uses(model: Path, tables: Iterable[object], effects: Iterable[object], correct_first: bool = False) -> None:
+    """Print the commands in which a new model may be used: `diagnose`, and `compensate`.
+
+    Args:
+        model: its file. tables: words of ``diagnose`` behind it; effects: options with the user's own effects.
+        correct_first: after a few readings of a shop, which hardly tell what is missing, ``compensate`` comes first.
+    """
+    program = ("corrects a program with it", ("compensate", "PROGRAM", "-m", model, *effects, "-o", "OUT"))
+    uses = [("says whether an effect is missing", ("diagnose", model, *tables)), program]
+    for lead, (what, words) in zip(("next", "or"), uses[::-1] if correct_first else uses, strict=True):
+        say_next(what, *words, lead=lead)

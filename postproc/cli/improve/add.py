@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from postproc.cli.improve.model_options import ArmOptions, MeasuredOptions, opened
-from postproc.cli.inputs import short_names
+from postproc.cli.inputs import say_uses, short_names
 from postproc.cli.options import ArmFile, DataFiles, Flag, Output, ReportFile, TextFlag
 from postproc.cli.output import present, write_model
-from postproc.cli.printing import say_next, show
+from postproc.cli.printing import show
 from postproc.cli.progress import watching
 from postproc.diagnostics import Diagnostic, PostprocError
 
@@ -49,7 +49,6 @@ def run(
     present(document, report, json=json, text=text, on_stderr=output is None)
     unnamed = addition.fit.unnamed  # of which no row is held out
     if not json and output is not None and (unnamed or addition.fit.held_out_rms < addition.before.held_out_rms):
-        say_next("says whether more is missing", "diagnose", output, *data, *table.words(), *arm_options.words())
-        words = ("compensate", "PROGRAM", "-m", output, *ArmOptions(effects=arm_options.effects).words(), "-o", "OUT")
-        say_next("corrects a program with it", *words, lead="or")
+        tables = (*data, *table.words(), *arm_options.words())
+        say_uses(output, tables, ArmOptions(effects=arm_options.effects).words())
     return 0

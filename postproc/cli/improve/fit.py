@@ -10,10 +10,10 @@ from cyclopts import Parameter
 
 from postproc import BASE
 from postproc.cli.improve.model_options import ArmOptions, MeasuredOptions
-from postproc.cli.inputs import assumed, short_names
+from postproc.cli.inputs import assumed, say_uses, short_names
 from postproc.cli.options import Flag, Output, ReportFile, Tables, TextFlag, VectorText, parse_tool, parse_vector
 from postproc.cli.output import check_outputs, present, write_model
-from postproc.cli.printing import say, say_next, show
+from postproc.cli.printing import say, show
 from postproc.cli.progress import watching
 from postproc.diagnostics import Diagnostic, PostprocError, joined
 
@@ -77,8 +77,7 @@ def run(
         classes = [cls for cls in classes if cls.role not in stays]
         say(f"the table states the tool and where the work is: fitted are {', '.join(cls.key for cls in classes)}")
     turned = stated.mounting or (0.0, 0.0, 0.0) if mounting is None else parse_vector("--mounting", mounting, "180,0,0")
-    T_flange_tcp = np.eye(4) if tool is None else parse_tool(tool)
-    model = Model(arm, (), rpy(np.radians(turned)), T_flange_tcp, robot)
+    model = Model(arm, (), rpy(np.radians(turned)), np.eye(4) if tool is None else parse_tool(tool), robot)
     model = model if station is None else model.at_station(station)
     with watching("fitting") as watch:
         fit = fit_effects(model, measured, classes, noise=table.sigma, watch=watch)
@@ -92,14 +91,8 @@ def run(
     present(fit_document(short_names(*data), fit), report, json=json, text=text, on_stderr=output is None)
     if not json and output is not None:
         arm_options = ArmOptions(effects=tuple(Path(word) for word in words if word.endswith(".py")))
-        program = ("compensate", "PROGRAM", "-m", output, *arm_options.words(), "-o", "OUT")
-        diagnosis = ("diagnose", output, *data, *table.words(), *arm_options.words())
-        steps = [("says whether an effect is missing", diagnosis), ("corrects a program with it", program)]
-        # A few readings of a shop tell springs and geometry, and hardly what else is missing.
-        for lead, (what, command) in zip(
-            ("next", "or"), steps if measured.readings is None else steps[::-1], strict=True
-        ):
-            say_next(what, *command, lead=lead)
+        tables = (*data, *table.words(), *arm_options.words())
+        say_uses(output, tables, arm_options.words(), correct_first=measured.readings is not None)
     return 0
 
 
