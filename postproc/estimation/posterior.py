@@ -91,7 +91,7 @@ def posterior_of(fit: Solution, scatter: float) -> Posterior:
     """
     determined = (*fit.parameters, *(p for p in fit.at_bound if p not in fit.unknown))
     names, count = (*determined, *(p for p in fit.unknown if p not in determined)), len(determined)
-    objective = _objective(fit, names, count, scatter)
+    objective = objective_of(fit, names, count, scatter)
     shown, of_base = _visible(fit, names, count, objective)
     base = tuple(names[k] for k in of_base)
     names, objective = tuple(names[k] for k in shown), objective.subset(shown)
@@ -106,9 +106,11 @@ class Objective:
     """The sum (x - x_0)^T G (x - x_0) - 2 b^T (x - x_0) + `Prior.cost`, least at the likeliest parameters x.
 
     Args:
+        columns: (N, p) whitened derivatives A of the prediction by the parameters.
         gram: (p, p) G. pull: (p,) b. start: (p,) x_0. prior: m, S and which parameters are positive.
     """
 
+    columns: Array
     gram: Array
     pull: Array
     start: Array
@@ -117,7 +119,7 @@ class Objective:
     def subset(self, index: NDArray[np.int_]) -> Objective:
         """Return the objective of some of the parameters, by their indices."""
         gram, prior = self.gram[np.ix_(index, index)], self.prior.some(index)
-        return Objective(gram, self.pull[index], self.start[index], prior)
+        return Objective(self.columns[:, index], gram, self.pull[index], self.start[index], prior)
 
     def curvature(self, unit: Array, weight: Array) -> Array:
         """Return (p, p) half the second derivative by parameters in some units (p,), for the weights (p,) of priors."""
@@ -154,7 +156,7 @@ class Objective:
         return float(by @ (self.gram @ by) - 2 * self.pull @ by) + self.prior.cost(x)
 
 
-def _objective(fit: Solution, names: Sequence[Name], count: int, scatter: float) -> Objective:
+def objective_of(fit: Solution, names: Sequence[Name], count: int, scatter: float) -> Objective:
     """Return what the rows of a fit and the priors say of some parameters together.
 
     Args:
@@ -170,7 +172,7 @@ def _objective(fit: Solution, names: Sequence[Name], count: int, scatter: float)
     columns = _columns(fit, names)
     gram = (columns.T @ columns + np.diag(penalty**2)) / scatter
     pull = (columns.T @ fit.problem.residual - penalty**2 * start) / scatter
-    return Objective(gram, pull, start, prior)
+    return Objective(columns, gram, pull, start, prior)
 
 
 def _visible(
@@ -181,7 +183,7 @@ def _visible(
     And the indices of those that move the base as a whole, in all poses alike.
 
     Args:
-        names, count: as in `_objective`.
+        names, count: as in `objective_of`.
     """
     prior = objective.prior
     unit, spread = np.where(prior.log, prior.value, 1.0), prior.spread[count:]

@@ -12,6 +12,7 @@ from postproc import __version__
 from postproc.diagnostics import PostprocError
 from postproc.effects.roles import FRAME_ROLES, Role
 from postproc.estimation.fitted import Fit
+from postproc.estimation.link_mass import link_mass_directions
 from postproc.estimation.priors import prior_of
 from postproc.estimation.solving.setups import lasting
 from postproc.measure.checks.readings import MISMATCH_M
@@ -81,7 +82,14 @@ def _row_name(fit: Fit, file: int, row: int) -> str:
 def known_errors(fit: Fit) -> Uncertainty:
     """Return what a fit knows about its own errors near its rows."""
     after = fit.posterior
-    return Uncertainty(after.names, after.covariance, pose_error_sigma(fit), after.unidentifiable, after.directions)
+    return Uncertainty(
+        after.names,
+        after.covariance,
+        pose_error_sigma(fit),
+        after.unidentifiable,
+        after.directions,
+        link_mass_directions(fit),
+    )
 
 
 Share = tuple[float, float]

@@ -104,6 +104,9 @@ class _Measured(FileTable):
         return text
 
 
+BODIES_WITH_MASS = 6
+
+
 class _Fit(FileTable):
     """What a fit notes; written by ``fit`` and ``add``.
 
@@ -123,6 +126,7 @@ class _Fit(FileTable):
         correlation: of the parameters, packed.
         covariance: lower triangle, SI; in place of sigma and correlation, by hand and in older files.
         unseen: directions in which parameters may be off unseen.
+        link_mass: directions in which parameters and the masses of bodies 1 to 6, by their logarithms, may be off.
         base: undetermined parameters that only move the base as a whole, which work that counts from the arm ignores.
         unexplained_mm: per axis, without the noise.
         beyond_mm: per axis, what else stays unexplained where no measured row is near.
@@ -157,6 +161,7 @@ class _Fit(FileTable):
     correlation: str = ""
     covariance: list[_Row] = []
     unseen: list[_Row] = []
+    link_mass: list[_Row] = []
     base: Names = []
     unexplained_mm: NotNegative = 0.0
     beyond_mm: NotNegative = 0.0
@@ -204,11 +209,12 @@ class _Fit(FileTable):
             raise PydanticCustomError("covariance", "no parameters can vary so", AGAIN)
         return rows
 
-    @field_validator("unseen")
+    @field_validator("unseen", "link_mass")
     @classmethod
     def _a_number_for_each_parameter(cls, rows: list[list[float]], info: ValidationInfo) -> list[list[float]]:
-        """Return the directions; refuse one that has not one number for each fitted and each undetermined parameter."""
+        """Return the directions; refuse one without a number for each fitted and undetermined parameter, and mass."""
         count = len(info.data.get("parameters", [])) + len(info.data.get("not_identifiable", []))
+        count += BODIES_WITH_MASS * (info.field_name == "link_mass")
         odd = next((i for i, row in enumerate(rows) if len(row) != count), None)
         if odd is not None:
             raise PydanticCustomError("row", f"row {odd + 1} has {len(rows[odd])} numbers, not {count}", AGAIN)

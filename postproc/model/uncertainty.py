@@ -106,6 +106,7 @@ class Uncertainty:
     unexplained: float = 0.0
     held: tuple[tuple[str, int], ...] = ()
     unseen: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    link_mass: Array = field(default_factory=lambda: np.zeros((0, 0)))
     beyond: float = 0.0
     measured: Field | None = None
 
@@ -115,12 +116,14 @@ class Uncertainty:
         kept = [k for k, (of, i) in enumerate(every) if of != key or i in index]
         names = [(of, index[i] if of == key else i) for of, i in (every[k] for k in kept)]
         fitted = [k for k in kept if k < len(self.parameters)]
+        masses = [*kept, *range(len(every), len(every) + 6)]
         return replace(
             self,
             parameters=tuple(names[: len(fitted)]),
             covariance=self.covariance[np.ix_(fitted, fitted)],
             held=tuple(names[len(fitted) :]),
             unseen=self.unseen[:, kept] if self.unseen.size else self.unseen,
+            link_mass=self.link_mass[:, masses] if self.link_mass.size else self.link_mass,
         )
 
 
@@ -128,7 +131,8 @@ def uncertainty_table(model: Model, known: Uncertainty) -> dict[str, Any]:
     """Return the keys of the table [fit] of a model file that state a fit's uncertainty.
 
     ``parameters`` by name, ``sigma`` of each in its own unit, their ``correlation`` as `pack_correlation` writes it,
-    ``not_identifiable`` parameters, ``unseen`` directions over both, ``unexplained_mm``, and ``beyond_mm`` with
+    ``not_identifiable`` parameters, ``unseen`` directions over both, ``link_mass`` directions over both and the masses
+    of the links, ``unexplained_mm``, and ``beyond_mm`` with
     ``measured``.
     """
     names = {e.key: e.names() for e in model.effects}
@@ -141,10 +145,15 @@ def uncertainty_table(model: Model, known: Uncertainty) -> dict[str, Any]:
         "sigma": [float(f"{x:.9g}") for x in sigma],
         "correlation": pack_correlation(correlation),
         "not_identifiable": [f"{key}.{names[key][i]}" for key, i in known.held],
-        "unseen": [" ".join(f"{x:.9g}" for x in row) for row in known.unseen],
+        "unseen": _rows(known.unseen),
+        **({"link_mass": _rows(known.link_mass)} if len(known.link_mass) else {}),
         "unexplained_mm": float(known.unexplained * 1e3),
         **({} if known.measured is None else {"beyond_mm": 1e3 * known.beyond, "measured": known.measured.table()}),
     }
+
+
+def _rows(directions: Array) -> list[str]:
+    return [" ".join(f"{x:.9g}" for x in row) for row in directions]
 
 
 def parameter_name(model: Model, key: str, index: int) -> str:
@@ -163,9 +172,12 @@ def read_uncertainty(model: Model) -> Uncertainty | None:
     listed = list(model.fit.get("parameters", []))
     open_names = list(model.fit.get("not_identifiable", []))
     covariance = stated_covariance(model.fit, len(listed))
-    directions = [row.split() if isinstance(row, str) else row for row in model.fit.get("unseen", [])]
+    directions, masses = (
+        np.array([row.split() if isinstance(row, str) else row for row in model.fit.get(key, [])], dtype=float)
+        for key in ("unseen", "link_mass")
+    )
     if covariance is None:
-        if listed or not directions:
+        if listed or not len(directions):
             return None
         covariance = np.zeros((0, 0))
     place = {f"{e.key}.{name}": (e.key, i) for e in model.effects for i, name in enumerate(e.names())}
@@ -174,11 +186,14 @@ def read_uncertainty(model: Model) -> Uncertainty | None:
     unexplained, beyond = (1e-3 * float(model.fit.get(key, 0.0)) for key in ("unexplained_mm", "beyond_mm"))
     covariance = covariance[np.ix_(kept, kept)]
     known = Uncertainty(parameters, covariance, unexplained, beyond=beyond, measured=model.measured)
-    if not directions:
-        return known
-    open_ = [k for k, name in enumerate(open_names) if name in place]
-    unseen = np.array(directions, dtype=float)[:, [*kept, *(len(listed) + k for k in open_)]]
-    return replace(known, held=tuple(place[open_names[k]] for k in open_), unseen=unseen)
+    open_ = [k for k, name in enumerate(open_names) if name in place] if len(directions) else []
+    column = [*kept, *(len(listed) + k for k in open_)]
+    return replace(
+        known,
+        held=tuple(place[open_names[k]] for k in open_),
+        unseen=directions[:, column] if len(directions) else known.unseen,
+        link_mass=masses[:, [*column, *range(-6, 0)]] if len(masses) else known.link_mass,
+    )
 
 
 def stated_covariance(fit: Mapping[str, Any], count: int) -> Array | None:
@@ -205,11 +220,11 @@ def stated_covariance(fit: Mapping[str, Any], count: int) -> Array | None:
 def position_covariance(model: Model, state: State, known: Uncertainty, instrument: bool = True) -> Array:
     """Return the covariance (n, 3, 3) [m^2] of the predicted TCP by its parameters: D (P + B B^T) D^T + m m^T + e e^T.
 
-    D are the derivatives of the position by the parameters, P their covariance, and B
-    directions in which the data leaves parameters open; for B parameters of the instrument's frame always count, as
-    they absorb errors of others. Beyond the range of data of a free function, D is that of the function without its
-    limit, where P has its prior. The prediction keeps the value at the limit, and m is how far that is from the
-    function's own. For each edge in an effect that was composed from data (a structural number, which no row tells
+    D are the derivatives of the position by the parameters, P their covariance, and B directions in which the data
+    leaves parameters open, and the masses of the links with them; for B parameters of the instrument's frame always
+    count, as they absorb errors of others. Beyond the range of data of a free function, D is that of the function
+    without its limit, where P has its prior. The prediction keeps the value at the limit, and m is how far that is from
+    the function's own. For each edge in an effect that was composed from data (a structural number, which no row tells
     closer than its two bounds) e is half of the change of the position between the bounds.
 
     Args:
@@ -219,8 +234,13 @@ def position_covariance(model: Model, state: State, known: Uncertainty, instrume
     """
     result = np.empty((len(state), 3, 3))
     for rows in blocks(len(state), BATCH):
-        D, missed, counted = derivatives(model, state.rows(rows), (*known.parameters, *known.held), instrument)
+        at = grown_sensitivity(model, state.rows(rows))
+        D, missed, counted = derivatives(model, state.rows(rows), (*known.parameters, *known.held), instrument, at)
         off = D @ known.unseen.T if len(known.unseen) else np.zeros((len(D), 3, 0))
+        if len(known.link_mass):
+            off = np.concatenate(
+                [off, np.concatenate([D, at.by_link_mass()[:, :3]], axis=2) @ known.link_mass.T], axis=2
+            )
         D = D[:, :, : len(known.parameters)] * counted[: len(known.parameters)]
         result[rows] = D @ known.covariance @ np.swapaxes(D, 1, 2)
         result[rows] += off @ np.swapaxes(off, 1, 2)

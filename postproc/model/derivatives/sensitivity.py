@@ -17,6 +17,7 @@ from postproc.arrays import Array
 from postproc.channels.state import State
 from postproc.effects.asking import displacement_of, load_of
 from postproc.effects.base import Effect
+from postproc.effects.geometry import weight
 from postproc.model.arm import ALL_BODIES, Model
 from postproc.model.chain import Chain, Directions, deflected_chain, directions, generalised_forces, point_jacobian
 from postproc.model.derivatives.places import (
@@ -123,6 +124,17 @@ class Sensitivity:
         result = np.zeros((*self.matrix.shape[:2], len(index)))
         for k, moved in enumerate(self._moved(effect, index, state)):
             result[:, :, k] = self.by_places(moved)
+        return result
+
+    def by_link_mass(self) -> Array:
+        """Return the derivative (n, 6, 6) of the pose by the logarithms of the masses of bodies 1 to 6."""
+        robot, state = self.loaded.model.robot, self.loaded.every
+        result = np.zeros((*self.matrix.shape[:2], 6))
+        for k, body in enumerate(range(1, 7)):
+            load = np.zeros((len(state), LOAD_PLACES))
+            wrench = weight(state, body, [(robot.mass[body], robot.mass[body] * robot.center[body])])
+            load[:, 6 + 6 * body : 12 + 6 * body] = wrench
+            result[:, :, k] = self.by_places(self.by_load(load, state))
         return result
 
     def by_places(self, moved: dict[int, Array]) -> Array:
