@@ -17,8 +17,8 @@ def link_mass_directions(fit: Fit) -> Array:
 
     The fit takes the masses of the arm's file as they are (consider parameters; Schmidt 1966). With A and B the
     whitened derivatives of the rows by parameters and logarithms, s^2 the scatter, C the inverse covariance of the
-    parameters for known masses and M_0 the covariance of the logarithms by `Robot.mass_factor`, masses that are off by m
-    take the parameters with them by -C^-1 A^T B m / s^2, and after the rows the logarithms have the covariance
+    parameters for known masses and M_0 the covariance of the logarithms by `Robot.mass_factor`, masses that are off by
+    m take the parameters with them by -C^-1 A^T B m / s^2, and after the rows the logarithms have the covariance
     (M_0^-1 + (B^T B - B^T A C^-1 A^T B / s^2) / s^2)^-1. A log-normal mass is farther from its median than the
     deviation of its logarithm says. Readings under a load and without it leave M_0 as it is; positions tell how far the
     arm sags.

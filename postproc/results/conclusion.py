@@ -102,7 +102,8 @@ def _how_sure(values: Values, findings: Iterable[Diagnostic], accuracy: Accuracy
     if known is None:
         text = unknown_accuracy(findings)
         return [f"{text[0].upper()}{text[1:]}."]
-    sure = f"The fitted model itself is sure to {known['within_95_percent_mm']:.{decimals(values)}f} mm (95 %)."
+    size = f"{known['within_95_percent_mm']:.{decimals(values)}f} mm"
+    sure = f"At the least certain target the fitted model itself is sure to {size} (95 %)."
     return [sure, *(_undetermined(accuracy) if accuracy else [])]
 
 
@@ -159,12 +160,15 @@ def _statements(count: int, what: str, several: str = "", noun: str = "motion st
 
 
 def _undetermined(accuracy: Accuracy) -> list[str]:
-    """Return lines on the parameter that no row has told, its cost, and how to tell it; none where it is little.
+    """Return lines on what no row has told, a parameter or weights of links, and how to tell it; none where it is little.
 
     Args:
         accuracy: that of the conversion.
     """
-    known = accuracy.undetermined
+    known, weights = accuracy.undetermined, accuracy.by_weights
+    if weights > max(LEAST_M, MATTERING_SHARE * accuracy.within_95):
+        open_ = f"Of that, {1e3 * weights:.2f} mm are open, as the weights of the links are estimates."
+        return [open_, "Positions or touches tell how far the arm sags: `postproc plan --kind tip`."]
     if known is None or known.within_95 < max(LEAST_M, MATTERING_SHARE * accuracy.within_95):
         return []
     size = f"{1e3 * known.within_95:.2f} mm"

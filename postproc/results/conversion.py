@@ -90,6 +90,7 @@ def conversion_values(conversion: Conversion) -> dict[str, Any]:
     sure = accuracy and {
         "sigma_mm": _mm(accuracy.sigma),
         "within_95_percent_mm": _mm(accuracy.within_95),
+        "link_weights_mm": _mm(accuracy.by_weights),
         "sigma_parts_mm": _lengths(("parameters", "unexplained"), accuracy.parts)
         | {"noise": model.fit.get("noise_mm")},
     }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -39,6 +39,7 @@ class Accuracy:
         parts: standard deviations per axis there by the parameters, and by what no effect explains.
         interval: 95 % of the errors are between these distances, at the worst target of those that weld, if any does.
         interval_in_air: the same at the worst target of all.
+        by_weights: the part of ``within_95`` by the weights of the links, which are estimates for most arms.
         undetermined: the part of it by parameters that no row determines, None where the rows determine all.
     """
 
@@ -47,6 +48,7 @@ class Accuracy:
     parts: tuple[float, float]
     interval: tuple[float, float]
     interval_in_air: tuple[float, float]
+    by_weights: float = 0.0
     undetermined: Undetermined | None = None
 
 
@@ -77,8 +79,9 @@ def expect_on_arm(model: Model, motion: Motion, exact: Exact, source: Source) ->
         targets = targets[np.linspace(0, len(targets) - 1, _MOST_TARGETS_JUDGED).round().astype(int)]
     at_targets, space = motion.at(targets), ~samples.curves.joint[samples.move]
     welding = np.array([move.welding for move in samples.moves])[samples.move]
-    accuracy, findings = _expect_accuracy(model, at_targets, welding[targets], source)
     scatter = type_scatter(*unknown_loads(model, at_targets))
+    fitted = model if scatter is None else _without_link_masses(model)  # arms of the type differ in them, too
+    accuracy, findings = _expect_accuracy(fitted, at_targets, welding[targets], source)
     lit = space & welding
     rows = np.flatnonzero(lit if lit.any() else space)
     uncorrected = 2 * wanted.T_work_tcp[rows, :3, 3] - exact.T_work_tcp[rows, :3, 3]  # about where the arm goes
@@ -130,7 +133,9 @@ def _expect_accuracy(
     if known is None or np.isnan(sigma).any():
         return None, findings
     undetermined = undetermined_under_load(model, at_goals, WITHIN_95)
-    by_parameters, unexplained = parts[:, int(np.argmax(sigma))].tolist()
+    by_parameters, unexplained = parts[:, (most := int(np.argmax(sigma)))].tolist()
+    stated, _ = sigma_parts(_without_link_masses(model), at_goals.rows(np.array([most])), instrument=False)
+    by_weights = WITHIN_95 * math.sqrt(max(by_parameters**2 - float(stated[0]) ** 2, 0.0))
     sizes = float(np.sqrt(np.mean(sigma**2))), float(WITHIN_95 * sigma.max())
     worst = np.array([np.argmax(np.where(mask, sigma, 0.0)) for mask in (welding | ~welding.any(), True)])
     # Quantiles of the length of a normal error with the covariance of the position there.
@@ -139,7 +144,12 @@ def _expect_accuracy(
     ends = np.quantile(np.sqrt(normal_draws(3) ** 2 @ square.T), QUANTILES, axis=0).T
     (low, high), (low_in_air, high_in_air) = ends.tolist()
     intervals = (low, high), (low_in_air, high_in_air)
-    return Accuracy(*sizes, (by_parameters, unexplained), *intervals, undetermined), findings
+    return Accuracy(*sizes, (by_parameters, unexplained), *intervals, by_weights, undetermined), findings
+
+
+def _without_link_masses(model: Model) -> Model:
+    """Return the model as if the masses of its links were exact."""
+    return replace(model, fit={key: value for key, value in model.fit.items() if key != "link_mass"})
 
 
 def _local_effects(model: Model, at_goals: State, source: Source) -> Iterator[Diagnostic]:
