@@ -18,6 +18,8 @@ ROOMS = {None: len(PLACES), "weight": 3, "joint": 6, "instrument": 6, "base": 2,
 
 CLOSER = 4.0
 """As much less likely is a curve for each number that was found closer by: neighbours are hardly different."""
+FOLDED = 2.0
+"""As much less likely is a curve of the size of a signal: the same as of the signal, where that keeps its sign."""
 
 
 def off_everywhere(where: str) -> bool:
@@ -47,10 +49,12 @@ def sort_of_place(where: str) -> str:
 def odds(pattern: CurveForm, kinds: Mapping[str, int]) -> float:
     """Return the prior odds against a curve at a place: how many equally likely pairs of curve and place there are.
 
-    Every kind of curve is as likely, within a kind every curve, and for a curve every place where it makes sense.
+    Every kind of curve is as likely, within a kind every curve of signals that keep their sign, and for a curve every
+    place where it makes sense.
 
     Args:
         kinds: number of curves of each kind.
     """
     closer = CLOSER ** len(pattern.numbers) if pattern.level else 1.0
-    return len(kinds) * kinds.get(pattern.kind, 1) * pattern.tries * closer * ROOMS.get(pattern.where, 1)
+    folded = FOLDED ** sum(signal.folded for signal in pattern.signals)
+    return len(kinds) * kinds.get(pattern.kind, 1) * pattern.tries * closer * folded * ROOMS.get(pattern.where, 1)

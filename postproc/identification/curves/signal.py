@@ -42,6 +42,11 @@ class Signal:
         return replace(self, values=np.abs(self.values), name=f"abs({self.name})", label=label, near=None)
 
     @property
+    def folded(self) -> bool:
+        """Whether it is the absolute value of a signal."""
+        return self.name.startswith("abs(")
+
+    @property
     def of(self) -> str:
         """Words behind the description of a curve of it: `` of <label>``, empty for a channel itself."""
         return "" if self.is_channel else f" of {self.label}"
