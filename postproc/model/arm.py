@@ -16,6 +16,7 @@ from postproc.effects.base import Effect
 from postproc.effects.roles import Role
 from postproc.model.field import Field
 from postproc.model.multibody import Multibody
+from postproc.model.pinocchio_bodies import PinocchioBodies
 from postproc.robot.arm import Robot
 from postproc.robot.cells.cell import LETTERS
 from postproc.robot.cells.station import Station
@@ -80,6 +81,11 @@ class Model:
         """Where the arm was measured, as `fit` and `add` noted it; None where they did not."""
         return Field.of_table(self.fit["measured"]) if "measured" in self.fit else None
 
+    @cached_property
+    def _built(self) -> dict[tuple[tuple[int, ...], bool], Multibody]:
+        """The rigid-body models that `multibody` has built so far, by its arguments (bodies, carried)."""
+        return {}
+
     def with_arm(self, state: State) -> State:
         """Return the states with this arm's robot, station and gravity; gravity that the states give by row is kept."""
         gravity = state.gravity if state.gravity.ndim == 2 else self.gravity
@@ -88,11 +94,19 @@ class Model:
     def multibody(self, bodies: tuple[int, ...] = (), carried: bool = False) -> Multibody:
         """Return the rigid-body model of the six joints, with virtual springs at the far ends of these bodies.
 
+        It is that of pinocchio, or the recursion in numpy where pinocchio is not installed; both agree to rounding.
+
         Args:
             bodies: numbers 0 to 6 of the bodies that get a spring.
             carried: the base moves or leans: its motion and gravity are then arguments of `Multibody.rnea`.
         """
-        return Multibody(self.robot, None if carried else self.gravity, bodies)
+        key, gravity = (bodies, carried), None if carried else self.gravity
+        if key not in self._built:
+            try:
+                self._built[key] = PinocchioBodies(self.robot, gravity, bodies)
+            except ImportError:
+                self._built[key] = Multibody(self.robot, gravity, bodies)
+        return self._built[key]
 
     @property
     def elastic(self) -> Multibody:
@@ -117,7 +131,9 @@ class Model:
 
     def with_effects(self, *effects: Effect) -> Model:
         """Return this arm with these effects in place of its own, wherever it stands."""
-        return replace(self, effects=tuple(effects), surest=None)
+        other = replace(self, effects=tuple(effects), surest=None)
+        other.__dict__["_built"] = self._built  # they know the robot and gravity alone
+        return other
 
     def state(self, q: Array, **channels: Any) -> State:
         """Return states at commanded joint angles q (n, 6) [rad]; without ``T_flange_tcp`` with the model's tool.
