@@ -160,7 +160,7 @@ def _statements(count: int, what: str, several: str = "", noun: str = "motion st
 
 
 def _undetermined(accuracy: Accuracy) -> list[str]:
-    """Return lines on what no row has told, a parameter or weights of links, and how to tell it; none where it is little.
+    """Return lines on what no row has told, a parameter or link masses, and how to tell it; none where it is little.
 
     Args:
         accuracy: that of the conversion.
