@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from postproc.identification import regions
+from postproc.identification.planning import promise
 from tests.batch.build import write
 from tests.bench.shop.arms import shop
 from tests.bench.shop.sets import csv_of, gauges
@@ -122,8 +124,10 @@ fit nowhere.csv --robot ur5 --effects joint_offset
 
 @pytest.fixture
 def documents(call: Call, samples: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
-    """What the commands print."""
+    """What the commands print; keys and types are the same with fewer simulated tables and fewer regions."""
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(promise, "TABLES", 2)
+    monkeypatch.setattr(regions, "ANEW", 2)
     Path("samples").symlink_to(samples)
     turned = PROGRAM.replace("[0,-1,0,0]", "[0,-1,0,1]")
     old, new = PROGRAM, turned.replace("v100,z10", "v50,z1").replace("  ENDPROC", "    Stop;\n  ENDPROC")
