@@ -116,6 +116,19 @@ def test_folders_of_a_room_import_downward() -> None:
     assert upward == []
 
 
+def test_libraries_without_wheels_for_every_platform_are_asked_for_in_one_place() -> None:
+    """URDF files need pinocchio; else both have a stand-in. Nothing else may need them, or Windows is left out."""
+    users: dict[str, set[str]] = {"pinocchio": set(), "toppra": set()}
+    for path in MODULES:
+        for node in nodes(path):
+            if isinstance(node, ast.Import | ast.ImportFrom):
+                named = [alias.name for alias in node.names] if isinstance(node, ast.Import) else [node.module or ""]
+                for name in {name.split(".")[0] for name in named} & users.keys():
+                    users[name].add(own(path))
+    allowed = {"pinocchio": {"robot/urdf.py", "model/pinocchio_bodies.py"}, "toppra": {"motion/timing/constraints.py"}}
+    assert users == allowed
+
+
 def test_every_folder_is_a_known_room() -> None:
     assert {p.name for p in PACKAGE.iterdir() if (p / "__init__.py").exists()} <= set(ROOMS)
 

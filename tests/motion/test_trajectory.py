@@ -226,10 +226,10 @@ def test_cost_grows_with_the_program_and_no_faster() -> None:
 
 
 def test_speeds_are_those_of_toppra_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Neither the programs that are left out where the arm may rest nor runs solved apart change the speeds."""
+    """Neither the programs left out where the arm may rest, runs solved apart nor the numpy solver change the speeds."""
     from toppra.algorithm import TOPPRA as plain
 
-    from postproc.motion.timing import constraints
+    from postproc.motion.timing import constraints, reachability
     from postproc.motion.timing import fastest as module
     from postproc.motion.timing.fastest import lay_grid, programmed_ease, programmed_speed
     from postproc.motion.timing.spline import cut_runs
@@ -247,6 +247,9 @@ def test_speeds_are_those_of_toppra_alone(monkeypatch: pytest.MonkeyPatch) -> No
             at_once.setattr(module, "_MOST", 10**6)
             at_once.setattr(constraints, "TOPPRA", lambda may_stop, *words, **named: plain(*words, **named))
             assert np.allclose(fastest(robot, runs, effort, grid, gravity)[0], apart, rtol=2e-5, atol=2e-5)
+        with monkeypatch.context() as without_toppra:
+            without_toppra.setattr(module, "_solver", lambda: reachability)
+            assert np.allclose(fastest(robot, runs, effort, grid, gravity)[0], apart, rtol=1e-7, atol=1e-7)
 
 
 def welded_rows() -> list[dict[str, Any]]:

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -171,12 +173,24 @@ def _parts(grid: Grid) -> Iterator[slice]:
             begin = end
 
 
+@cache
+def _solver() -> Any:
+    """Return what finds the fastest speed: toppra, or where it is not installed the same in numpy (`reachability`)."""
+    try:
+        from postproc.motion.timing import constraints
+    except ImportError:
+        from postproc.motion.timing import reachability
+
+        return reachability
+    return constraints
+
+
 def _of_part(robot: Robot, runs: Runs, effort: Effort, grid: Grid, gravity: Array) -> tuple[Array, int | None]:
     """Fastest path speeds (g,) [m/s] of one part of the grid, and the index of the point where there is no way on.
 
     It is one call of toppra, repeated with smaller acceleration limits (down to 97 %) if rounding stops it.
     """
-    from postproc.motion.timing.constraints import TOPPRA, GridPath, JointLimits, JointVelocityConstraint, SpeedBounds
+    solver = _solver()
 
     # Derivatives from inside the run, also at its last point, where the curve passes over into the gap.
     last = np.append(np.diff(grid.run) > 0, True)
@@ -188,23 +202,23 @@ def _of_part(robot: Robot, runs: Runs, effort: Effort, grid: Grid, gravity: Arra
     low, high = (grid.floor / UNIT) ** 2 * (1 - _LOOSE), (grid.cap / UNIT) ** 2 * (1 + _LOOSE)
 
     dof = values[0].shape[1]
-    bounds = SpeedBounds(low, np.maximum(high, _STOP), dof)
-    on_grid = GridPath(values, np.array([grid.s[0], grid.s[-1]]) / UNIT)
+    bounds = solver.SpeedBounds(low, np.maximum(high, _STOP), dof)
+    on_grid = solver.GridPath(values, np.array([grid.s[0], grid.s[-1]]) / UNIT)
     ease = grid.ease[:, None]
     eased = WHOLE * UNIT * slope / ease, WHOLE * UNIT**2 * bend / ease, np.zeros_like(slope)
     ends = np.minimum(grid.cap, grid.floor)[[0, -1]] / UNIT
-    fixed, may_stop = [JointVelocityConstraint(runs.limits.speed), bounds], grid.floor <= 0
+    fixed, may_stop = [solver.JointVelocityConstraint(runs.limits.speed), bounds], grid.floor <= 0
     if robot.torque is not None:
         # M q' u + (M q'' + C(q') q') x + g
         terms = _torque_terms(robot, runs, grid, values, gravity)
-        fixed.append(JointLimits(terms, robot.torque, dof))
+        fixed.append(solver.JointLimits(terms, robot.torque, dof))
         may_stop = may_stop & (np.abs(terms[2]) <= robot.torque).all(axis=1)
     blocked = 0
     for share in _SHARES:
-        limits = [*fixed, JointLimits(eased, np.full(dof, share * WHOLE), dof)]
-        solver = TOPPRA(may_stop, limits, on_grid, gridpoints=grid.s / UNIT, solver_wrapper="seidel",
+        limits = [*fixed, solver.JointLimits(eased, np.full(dof, share * WHOLE), dof)]
+        problem = solver.TOPPRA(may_stop, limits, on_grid, gridpoints=grid.s / UNIT, solver_wrapper="seidel",
                         parametrizer="ParametrizeConstAccel")  # fmt: skip
-        _, speed, _, controllable = solver.compute_parameterization(*ends, return_data=True)
+        _, speed, _, controllable = problem.compute_parameterization(*ends, return_data=True)
         if speed is not None and not np.isnan(speed).any():
             return np.where(grid.cap > 0, speed * UNIT, 0.0), None
         unknown = np.isnan(controllable if speed is None else speed[:, None]).any(axis=1)
