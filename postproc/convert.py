@@ -47,7 +47,7 @@ from postproc.results.conversion import conversion_values
 from postproc.robot.cells.station import Station
 from postproc.watch import Watch, unwatched
 
-PROOF = ("reading back and proving", 0.65, 0.98)  # the step, and the shares of the work at which it begins and ends
+PROOF = ("reading back and proving", 0.66, 0.98)  # the step, and the shares of the work at which it begins and ends
 Retarget = Callable[[Sequence[MotionEvent], Set[int]], Sequence[MotionEvent]]
 """Of a written program's events and the indices of some of them: all events, these with the targets the arm gets."""
 
@@ -104,11 +104,11 @@ def correct_by_numbers(draft: Draft, watch: Watch = unwatched) -> Draft:
     Raises:
         Refused: the arm cannot run the program, or a correction is too large.
     """
-    watch("path and timing", 0.15)
+    watch("path and timing", 0.08)
     draft = _move(draft)
     if draft.motion is None:
         return draft
-    watch("correction", 0.45)
+    watch("correction", 0.44)
     draft, exact = _correct(draft, draft.motion)
     assert draft.motion is not None
     known = (draft.model, draft.motion, exact, draft.events, draft.program)

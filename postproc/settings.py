@@ -41,11 +41,11 @@ class Settings:
 
     model: Path | None = option(None, commands="arm", also="-m")
     robot: str | None = option(None, commands="arm")
-    another_arm: bool = option(False, commands="arm", files="", key="model_of_another_arm")
-    effects: tuple[Path, ...] = option((), commands="arm", files="jobs")
-    side_files: tuple[Path, ...] = option((), commands="program", key="with")
-    alone: bool = option(False, commands="program")
-    cell: Path | None = option(None, commands="program", last=True)
+    another_arm: bool = option(False, commands="arm", files="", key="model_of_another_arm", group="Cell and files")
+    effects: tuple[Path, ...] = option((), commands="arm", files="jobs", group="Cell and files")
+    side_files: tuple[Path, ...] = option((), commands="program", key="with", group="Cell and files")
+    alone: bool = option(False, commands="program", group="Cell and files")
+    cell: Path | None = option(None, commands="program", last=True, group="Cell and files")
     from_controller: bool = False
     robot_from: str = ""
     stated_in: tuple[Path, ...] = ()

@@ -23,6 +23,7 @@ class UserOption:
         also: short flag, or former key of files and of the command line.
         in_files: type there, if that does not follow from the field's.
         last: it stands behind all others.
+        group: heading under which help lists it.
     """
 
     name: str
@@ -35,6 +36,7 @@ class UserOption:
     also: str = ""
     in_files: Any = None
     last: bool = False
+    group: str = "Common"
 
     def description(self, *, command_line: bool) -> str:
         """Return the text with the default, for the command line or for files."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from postproc.diagnostics import PostprocError, has_errors
+from postproc.diagnostics import PostprocError
 from postproc.files import read_source
-from postproc.rapid.diff.compare import compare_programs
 from postproc.rapid.diff.difference import FileDiff
-from postproc.rapid.program.program import ENDINGS, read_program
+from postproc.rapid.diff.files import compare_files
+from postproc.rapid.program.program import ENDINGS
 from postproc.tasks.discover import files_below
 from postproc.watch import Watch, unwatched
 
@@ -39,7 +39,8 @@ def compare_folders(
         if path not in theirs or path not in ours:
             differences.append(FileDiff(path, "added" if path in theirs else "removed"))
         else:
-            differences.append(_compared(path, ours[path], theirs[path], (tolerance_mm, tolerance_deg)))
+            one, two = (read_source(files[path], "BAT002") for files in (ours, theirs))
+            differences.append(compare_files(path, one, two, (tolerance_mm, tolerance_deg)))
     return differences
 
 
@@ -47,26 +48,3 @@ def _files(folder: Path) -> dict[str, Path]:
     """Return the files below a folder by relative path, without hidden ones and pages."""
     names = (name for name in files_below(folder) if not any(p.startswith(".") for p in Path(name).parts))
     return {name: folder / name for name in names if Path(name).suffix.lower() != ".html"}
-
-
-def _compared(path: str, a: Path, b: Path, near: tuple[float, float]) -> FileDiff:
-    """Compare two files: RAPID modules by meaning, all others by bytes.
-
-    Args:
-        path: of both, relative to their folders. near: tolerances [mm], [deg].
-    """
-    one, two = (read_source(file, "BAT002") for file in (a, b))
-    if one.data == two.data:
-        return FileDiff(path, "equal")
-    if Path(path).suffix.lower() not in ENDINGS:
-        return FileDiff(path, "changed", "other bytes")
-    try:
-        programs = [read_program(source) for source in (one, two)]
-        for program in programs:
-            if has_errors(program.diagnostics) or not program.modules:  # an encrypted file has no modules
-                raise PostprocError(d for d in program.diagnostics if d.severity == "error" or not program.modules)
-        difference = compare_programs(programs[0], programs[1], *near)
-    except PostprocError as error:
-        first = error.diagnostics[0]
-        return FileDiff(path, "unreadable", f"other bytes, and not to be read: {first.code}, {first.message}")
-    return FileDiff(path, "equal" if difference.equal else "changed", None, difference)

@@ -10,6 +10,7 @@ from io import TextIOWrapper
 from cyclopts import App, Group, Parameter
 
 from postproc import __version__
+from postproc.cli.options import GROUPS
 from postproc.cli.run import run
 from postproc.process import COLLECT, THREADS
 
@@ -96,6 +97,7 @@ def build() -> App:
         help_epilogue=_epilogue("compensate"),
         default_parameter=Parameter(negative=()),
         group_commands=LOOK_UP,
+        group_parameters=GROUPS["Common"],
         print_error=False,
         exit_on_error=False,
         suppress_keyboard_interrupt=False,

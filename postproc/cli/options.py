@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from cyclopts import Parameter, Token
+from cyclopts import Group, Parameter, Token
 
 from postproc.diagnostics import PostprocError
 from postproc.numbers import read_number
@@ -44,18 +44,28 @@ def _number(kind: type[float] | type[int], tokens: Sequence[Token]) -> float:
         raise ValueError(f'unable to convert "{text}" into {kind.__name__}.') from None
 
 
+GROUPS = {
+    name: Group(name, sort_key=key)
+    for key, name in enumerate(("Common", "Loads", "Cell and files", "Outputs", "Scripts and CI"), 1)
+}
+"""Headings of help, in their order."""
+_OUTPUTS = Parameter(group=GROUPS["Outputs"])
+_CHECKS = Parameter(group=GROUPS["Scripts and CI"])
 AS_WRITTEN = Parameter(converter=_number)
 """A number that Python alone would understand, ``1_0``, is none."""
 Tolerance = Annotated[float, AS_WRITTEN, Parameter(validator=positive)]
 Distance = Annotated[float, AS_WRITTEN, Parameter(validator=_distance)]
 ArmFile = Annotated[Path, Parameter(help="TOML file of the arm.")]
-Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
-RequiredOutput = Annotated[Path, Parameter(name=["--output", "-o"])]
+Output = Annotated[Path | None, _OUTPUTS, Parameter(name=["--output", "-o"])]
+RequiredOutput = Annotated[Path, _OUTPUTS, Parameter(name=["--output", "-o"])]
 Format = Annotated[
     Literal["json", "sarif"] | None,
+    _CHECKS,
     Parameter(name="--format", help="print this on stdout: the document (as --json), or the findings as SARIF 2.1.0."),
 ]
 Flag = Annotated[bool, Parameter(show_default=False)]
+OutputFlag = Annotated[bool, _OUTPUTS, Parameter(show_default=False)]
+CheckFlag = Annotated[bool, _CHECKS, Parameter(show_default=False)]
 LISTED = Parameter(n_tokens=1, show_default=False)
 """An option that may be repeated, one value each time."""
 EFFECTS_HELP = "Python file with effects of your own; its code is run. May be repeated."
@@ -64,11 +74,11 @@ SideFiles = Annotated[tuple[Path, ...], LISTED, Parameter(name="--with")]
 Names = Annotated[tuple[str, ...], LISTED]
 FreeAxes = Annotated[str, Parameter(validator=_axes, show_default=False)]
 TextFlag = Annotated[
-    bool, Parameter(name="--text", show_default=False, help="with --json: print the text as well, on stderr.")
+    bool, _CHECKS, Parameter(name="--text", show_default=False, help="with --json: print the text as well, on stderr.")
 ]
-ReportFile = Annotated[Path | None, Parameter(name="--report", help="HTML page to write.")]
+ReportFile = Annotated[Path | None, _OUTPUTS, Parameter(name="--report", help="HTML page to write.")]
 CertificateFile = Annotated[
-    Path | None, Parameter(name="--certificate", help="certificate to print and sign (HTML) to write.")
+    Path | None, _OUTPUTS, Parameter(name="--certificate", help="certificate to print and sign (HTML) to write.")
 ]
 Tables = Annotated[str, Parameter(required=True, help="tables of measured poses (CSV); - reads stdin.")]
 DataFiles = Annotated[tuple[str, ...], Parameter(name="--data", n_tokens=1)]

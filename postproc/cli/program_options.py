@@ -9,7 +9,17 @@ from typing import Annotated, Any, Literal, TypeVar, get_args
 
 from cyclopts import Parameter
 
-from postproc.cli.options import LISTED, Flag, FreeAxes, Tolerance, VectorText, parse_channel, parse_vector, split_names
+from postproc.cli.options import (
+    GROUPS,
+    LISTED,
+    Flag,
+    FreeAxes,
+    Tolerance,
+    VectorText,
+    parse_channel,
+    parse_vector,
+    split_names,
+)
 from postproc.rapid.data.records import Vec3
 from postproc.settings import USER_OPTIONS, Settings
 from postproc.user_options import UserOption
@@ -50,7 +60,7 @@ def _takes(group: str) -> Callable[[type[Fields]], type[Fields]]:
             kind, absent = _words(option)
             names = [f"--{option.key.removesuffix('_mm').replace('_', '-')}"]
             names += [option.also if option.also.startswith("-") else f"--{option.also}"] if option.also else []
-            parameter = Parameter(name=names, help=option.description(command_line=True))
+            parameter = Parameter(name=names, help=option.description(command_line=True), group=GROUPS[option.group])
             cls.__annotations__[option.name] = Annotated[kind, parameter]
             setattr(cls, option.name, absent)
         return Parameter(name="*")(dataclass(frozen=True, kw_only=True)(cls))

@@ -31,24 +31,25 @@ class _Work:
         """Note the present step and the share that is done, which falls where there is more to do than was known."""
         self.step, self.share, self.reported = step, min(share, 1.0), time.monotonic()
 
-    def line(self, now: float) -> str:
+    def line(self, now: float, width: int | None = None) -> str:
         """Return a line on step, share, time, rate and remaining time, as far as the share tells them.
 
         Args:
             now: by the monotonic clock [s].
+            width: columns that there are, None for as many as it takes; the rate goes first, then the end of the name.
         """
-        parts = [": ".join(filter(None, (self.what, self.step))), f"{now - self.begun:.0f} s"]
+        name, parts = ": ".join(filter(None, (self.what, self.step))), [f"{now - self.begun:.0f} s"]
         if self.share > 0:
-            parts.insert(1, f"{100 * self.share:.0f} %")
+            parts.insert(0, f"{100 * self.share:.0f} %")
             done = self.reported - self.begun
-            if done < 0.5:  # too early to tell
-                return visible(", ".join(parts))
-            if self.lines:
-                parts.append(f"{self.share * self.lines / done:,.0f} lines/s")
             remaining = done * (1 - self.share) / self.share - (now - self.reported)
-            if remaining >= 1:  # a step that takes longer than its share foretold has no end that is known
-                parts.append(f"about {remaining:.0f} s remain")
-        return visible(", ".join(parts))
+            # Too early it is not known, nor where a step takes longer than its share foretold.
+            parts += [f"about {remaining:.0f} s remain"] if done >= 0.5 and remaining >= 1 else []
+            rate = f"{self.share * self.lines / max(done, 0.5):,.0f} lines/s"
+            if self.lines and done >= 0.5 and (width is None or len(", ".join((name, rate, *parts))) < width):
+                parts.insert(2, rate)
+        behind = "".join(f", {part}" for part in parts)
+        return visible((name if width is None else name[: max(0, width - 1 - len(behind))]) + behind)
 
 
 @contextmanager
@@ -64,9 +65,8 @@ def watching(what: str = "", lines: int = 0) -> Iterator[Watch]:
         """Print the progress until the work is done."""
         pause = 1.0 if terminal else 10.0
         while not done.wait(pause):
-            line = work.line(time.monotonic())
+            line = work.line(time.monotonic(), width_of(sys.stderr) if terminal else None)
             if terminal:  # what wraps could not be taken back
-                line = line[: (width_of(sys.stderr) or len(line) + 1) - 1]
                 print_stderr(f"\r{line}\x1b[K", end="")
             else:
                 print_stderr(line)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 USAGE_MISTAKES = {
     r'"-?\d+,\d+" into float': "numbers have a decimal point: 0.01",
     r"(nothing takes `|Unknown option: )-?\d": "a list has commas and no spaces: 200,-200,-200",
-    "Unknown option: --(check|diff)": "they belong to `postproc compensate`; `postproc diff` compares two folders",
+    "Unknown option: --(check|diff)": "they belong to `postproc compensate` and `batch`; `postproc diff` compares",
     r"(?i)nothing takes .*\.(prg|modx?|sysx?)`": "`--with FILE` reads a second module, `postproc batch` takes several",
 }
 """What is commonly meant by words that no command takes."""

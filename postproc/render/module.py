@@ -12,7 +12,7 @@ from jinja2.sandbox import SandboxedEnvironment
 
 from postproc.arrays import blocks
 from postproc.compensation.text.insertions import CARRIED
-from postproc.compensation.text.laws import OffsetLaw
+from postproc.compensation.text.laws import SLOPE_DECIMALS, OffsetLaw
 from postproc.compensation.text.slots import amounts_of
 from postproc.compensation.text.values import Change, Insertion, TargetValue
 from postproc.diagnostics import Source
@@ -38,7 +38,6 @@ from postproc.render.text import (
 # What a plain move keeps of the statement it is derived from (no signals, seam data).
 _PLAIN_ROLES = frozenset({"to", "via", "speed", "zone", "tool", "\\v", "\\wobj", "\\tload"})
 
-SLOPE_DECIMALS = 7  # of what a displacement adds by unit of a number that may go into the thousands
 _DECIMALS = (MM_DECIMALS,) * 3 + (QUATERNION_DECIMALS,) * 4 + (0,) * 4  # of a target's numbers
 
 

@@ -130,6 +130,7 @@ def outcome_note(values: Values) -> str:
     """
     counts, seconds = _counts(values), values["cycle_time_s"]
     every = sum(counts.values())
+    time = "" if seconds is None else f"{seconds:.1f} s" if seconds < LONG_S else f"{seconds / 3600:.1f} h"
     parts = [
         f"{counts['compensated']} of {every} motion statements corrected",
         f"{counts['run_time']} on the controller" if counts["run_time"] else "",
@@ -137,7 +138,7 @@ def outcome_note(values: Values) -> str:
         f"{counts['skipped']} left",
         f"{values['added_targets']} target{'s' * (values['added_targets'] != 1)} added",
         _confdata(values),
-        "" if seconds is None else f"cycle {seconds:.1f} s" if seconds < LONG_S else f"cycle {seconds / 3600:.1f} h",
+        f"cycle time {time}" if time else "",
     ]
     return ", ".join(filter(None, parts))
 

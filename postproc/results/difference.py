@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 
+from postproc.numbers import fixed
 from postproc.rapid.diff.difference import FileDiff, ProgramDiff
 from postproc.rapid.program.program import Program
 from postproc.report.blocks import DataTable, Document, Figure, Scene, Section, Values, attributes
@@ -107,6 +108,32 @@ def folders_document(first: str, second: str, files: Sequence[FileDiff], near: t
     )
 
 
+def change_lines(files: Sequence[FileDiff]) -> list[str]:
+    """Say of each file whether it would change, in how many motion statements, and by how much.
+
+    Args:
+        files: as it is, and as it would be written; ``added`` where it is not there yet.
+    """
+    return [_change_line(f) for f in files]
+
+
+def _change_line(f: FileDiff) -> str:
+    """Return one line on a file that would be written."""
+    if f.status == "added":
+        return f"`{f.path}` is not there and would be written"
+    if f.status == "removed":
+        return f"`{f.path}` comes of no program any more"
+    if f.status == "equal":
+        return f"`{f.path}` would not change"
+    if not f.found.differences:
+        return f"`{f.path}` would change, and no motion in it"
+    moved = sum(d.what == "motion" and d.kind == "changed" for d in f.found.differences)
+    others = [d.kind for d in f.found.differences if d.what == "motion" and d.kind != "changed"]
+    counts = [f"{others.count(kind)} {kind}" for kind in ("added", "removed") if kind in others]
+    text = f"{moved} of {f.found.compared} motion statements, by up to {fixed(f.found.max_distance_mm, 3)} mm"
+    return f"`{f.path}` would change: {', '.join([text, *counts])}"
+
+
 def _tolerance(mm: float, deg: float) -> str:
     """Return the sentence that states the tolerances."""
     return f"Tolerance {mm:g} mm and {deg:g} deg."
@@ -141,7 +168,9 @@ def _row(d: Values) -> Sequence[object]:
     kind = d["kind"] if d["what"] == "motion" else f"{d['kind']} {d['what']}"
     amounts = [None if x is None else round(x, 4) for x in (*shift, d["distance_mm"], d["angle_deg"])]
     was, now = d["speed_mm_s"] or (None, None)
-    name = d["name"]
-    if len(name) > LONGEST_TEXT:  # a whole statement
+    name = f"{d['name']} {d['target']}".rstrip()
+    if len(name) > LONGEST_TEXT and d["what"] == "motion":
+        name = f"{name[: LONGEST_TEXT - 1]}\N{HORIZONTAL ELLIPSIS}"
+    elif len(name) > LONGEST_TEXT:  # a whole statement
         name, others = f"{name[:LONGEST_TEXT]} ..", [name, *others]
     return [kind, d["place"], d["line_a"], d["line_b"], name, *amounts, now, was, "; ".join(others)]

@@ -19,7 +19,8 @@ EDITED_WORDS: Mapping[Place | None, str] = {
     "derived": "; it moves with the target that it is derived from",
     None: "",
 }
-PLACE_COLUMNS = ("line", "routine", "instruction", "x", "y", "z [mm]")
+LONGEST_TEXT = 24  # letters of a target that leave room for its place
+PLACE_COLUMNS = ("line", "routine", "instruction", "target", "x", "y", "z [mm]")
 INSPECTION_COLUMNS = (*PLACE_COLUMNS, "tool, load, frame; what is edited", "note", "left alone")
 
 
@@ -33,7 +34,7 @@ def inspection_document(
         converted: the document of its conversion with a model of the arm, whose welds are taken over.
     """
     ends = filter(None, (_start(inspection.start), *map(_nearest, inspection.nearest)))
-    rows = DataTable("statements", INSPECTION_COLUMNS, [_row(row) for row in inspection.rows], beneath=7, decimals=1)
+    rows = DataTable("statements", INSPECTION_COLUMNS, [_row(row) for row in inspection.rows], beneath=8, decimals=1)
     return Document(
         title=f"postproc inspect {name}",
         values={
@@ -56,7 +57,9 @@ def _row(row: Row) -> tuple[object, ...]:
     axes = "".join(f", eax_{letter} {at:g}" for letter, at in row.external_axes.items())
     times = f", {row.runs} times" if row.runs > 1 else ""
     statement = row.statement
-    head = (statement.line, statement.routine, statement.instruction, *place)
+    text = statement.target
+    target = text if len(text) <= LONGEST_TEXT else f"{text[: LONGEST_TEXT - 2]}.."
+    head = (statement.line, statement.routine, statement.instruction, target, *place)
     return (*head, load + axes + times + EDITED_WORDS[row.edited], "; ".join(row.notes), row.reason)
 
 
@@ -92,7 +95,7 @@ def _nearest_values(near: Nearest) -> dict[str, Any]:
 def _values(row: Row) -> dict[str, object]:
     """Return an entry of ``statements`` of the document."""
     return {
-        **attributes(row.statement, "line", "routine", "instruction"),
+        **attributes(row.statement, "line", "routine", "instruction", "target"),
         "runs": row.runs,
         "tool": row.tool or None,
         "wobj": row.wobj or None,

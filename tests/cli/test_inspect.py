@@ -22,8 +22,10 @@ def test_rows_say_where_and_with_what(call: Call, samples: Path) -> None:
     ]
     # The work object is turned by a third of a degree only, so base and work object positions nearly add up.
     first = next(line for line in text if "ArcLStart" in line).split()
-    assert [float(x) for x in first[3:6]] == pytest.approx([1010 + 12.5 + 116, -8 - 475, 430], abs=6.0)
-    assert " ".join(first[6:]) == "tTorch 5.6 kg, wPanel; its declaration is edited"
+    assert first[3] == "p1A01" and [float(x) for x in first[4:7]] == pytest.approx(
+        [1010 + 12.5 + 116, -8 - 475, 430], abs=6.0
+    )
+    assert " ".join(first[7:]) == "tTorch 5.6 kg, wPanel; its declaration is edited"
 
 
 def test_the_posture_and_what_is_nearest(call: Call, samples: Path) -> None:

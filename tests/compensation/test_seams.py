@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
+from postproc.compensation.correction.deviation import in_seam_axes
 from postproc.diagnostics import Source
 from postproc.results.conversion import conversion_document
 from tests.build import codes, convert, module, target
@@ -38,6 +41,31 @@ def test_a_seam_ends_with_its_routine() -> None:
     )
     conversion = convert(small("MoveJ a,v300,fine,tT; one; two;", "a 1300 -500, g 1350 -430", more=more))
     assert [weld["name"] for weld in conversion.report["welds"]] == ["one", "two"]
+
+
+def test_a_seam_of_a_loop_says_how_often_it_runs_and_a_start_alone_is_none() -> None:
+    rib = f"ArcLStart Offs(a,0,70*k,0),{PROCESS},fine,tT; ArcLEnd Offs(g,0,70*k,0),{PROCESS},fine,tT;"
+    body = f"FOR k FROM 0 TO 2 DO MoveJ Offs(a,0,70*k,50),v300,fine,tT; {rib} ENDFOR ArcLStart a,{PROCESS},fine,tT;"
+    rows = [(w["runs"], w["length_mm"]) for w in convert(small(body, "a 1300 -500, g 1325 -500")).report["welds"]]
+    assert rows == [(3, 25.0)]
+
+
+def test_a_deviation_is_split_along_the_seam_sideways_and_along_the_stick_out() -> None:
+    """The torch leans forward by 20 degrees; written with the axes of a rotation, without the package's cross products."""
+    axes = Rotation.from_rotvec([0.3, -1.1, 0.7]).as_matrix()
+    torch = axes @ [np.sin(0.35), 0.0, np.cos(0.35)]
+    split = in_seam_axes(np.array([axes @ [1.0, 2.0, -3.0]]), axes[None, :, 0], torch[None])
+    assert split[0] == pytest.approx([1.0, 2.0, -3.0], abs=1e-12)
+    along = in_seam_axes(np.array([axes @ [1.0, 2.0, -3.0]]), axes[None, :, 0], axes[None, :, 0])[0]
+    assert along[0] == pytest.approx(1.0) and np.hypot(*along[1:]) == pytest.approx(np.hypot(2.0, 3.0))
+
+
+def test_the_parts_of_a_seam_make_up_what_the_arc_sees() -> None:
+    (seam,) = convert(HULL, **LOOSE).report["welds"]
+    for when in ("before", "after"):
+        sideways, stick_out, arc = (seam[f"{part}{when}_mm"] for part in ("sideways_", "stick_out_", ""))
+        assert max(sideways, stick_out) <= arc <= np.hypot(sideways, stick_out) + 1e-5
+    assert seam["along_before_mm"] > 1.0 > 0.1 > seam["along_after_mm"]
 
 
 def test_a_seam_that_begins_nobody_knows_where_has_no_figure() -> None:

@@ -168,8 +168,8 @@ def test_the_text_for_the_terminal() -> None:
     assert figures == "largest distance 0.250 mm, largest angle 0.000 deg, statements that differ 1"
     assert (basis, heading) == ("Tolerance 0.001 mm and 0.01 deg.", "What differs:")
     assert columns.split()[:5] == ["what", "where", "line", "before", "line"]
-    assert row.split()[:8] == ["changed", "M.main", "4", "4", "MoveL", "0.2500", "0.000", "0.000"]
-    assert row.split()[10:12] == ["150.0", "100.0"]
+    assert row.split()[:9] == ["changed", "M.main", "4", "4", "MoveL", "q", "0.2500", "0.000", "0.000"]
+    assert row.split()[11:13] == ["150.0", "100.0"]
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Annotated
 
 from cyclopts import Parameter
@@ -12,7 +13,7 @@ from cyclopts.validators import Number
 
 from postproc.batch.values import Shard
 from postproc.cli.convert.batch_lines import arm_lines, reporting
-from postproc.cli.options import AS_WRITTEN, Flag, Format, ReportFile, RequiredOutput
+from postproc.cli.options import AS_WRITTEN, CheckFlag, Format, ReportFile, RequiredOutput
 from postproc.cli.output import check_outputs, present
 from postproc.cli.printing import say
 from postproc.cli.program_options import TaskOptions
@@ -32,8 +33,9 @@ def run(
     shard: str = "1/1",
     convert: TaskOptions = TaskOptions(),
     report: ReportFile = None,
+    check: CheckFlag = False,
     format: Format = None,
-    json: Flag = False,
+    json: CheckFlag = False,
 ) -> int:
     """Convert a folder, a controller backup or the tasks of a jobs file; exit 1 if one of them failed.
 
@@ -45,6 +47,7 @@ def run(
         workers: processes on this machine. Default: what ``[batch]`` of postproc.toml says, else one for each core.
         scheduler: address of a Dask scheduler whose workers are used in place of processes on this machine.
         shard: part of the work that this run does, I/N; all N parts together make the whole tree.
+        check: write no output; say what would change in the output folder, exit 1 if anything would.
         json: print the postproc/batch/1 document.
     """
     from postproc.batch.document import batch_document
@@ -55,6 +58,21 @@ def run(
     from postproc.settings import made_with
     from postproc.settings_files import find_settings
 
+    if check:
+        with TemporaryDirectory(prefix="postproc-") as folder:
+            made = Path(folder)
+            code = run(
+                folder_or_jobs,
+                output=made,
+                workers=workers,
+                scheduler=scheduler,
+                shard=shard,
+                convert=convert,
+                report=report,
+                format=format,
+                json=json,
+            )
+            return max(code, _say_changes(output, made))
     part = _parse_shard(shard)
     place = _checked_folder(folder_or_jobs, output)
     settings = convert.settings_at(place)
@@ -79,6 +97,27 @@ def run(
     present(document, report, json=json, form=format, text=True, on_stderr=True, root=ready.plan.root)
     say(shown.time_line())
     return int(batch.failed)
+
+
+def _say_changes(now: Path, made: Path) -> int:
+    """Say on stderr which files of the output folder would change; returns 1 if any would, else 0.
+
+    Args:
+        now: the output folder. made: the same as it would be.
+    """
+    from postproc.batch.differences import compare_folders
+    from postproc.rapid.diff.difference import FileDiff
+    from postproc.results.difference import change_lines
+    from postproc.tasks.discover import files_below
+
+    if now.is_dir():
+        files = compare_folders(now, made, 0.0, 0.0)
+    else:
+        files = [FileDiff(name, "added") for name in files_below(made) if not name.startswith(".")]
+    changed = [file for file in files if file.status != "equal"]
+    for line in change_lines(changed) or [f"nothing would change in `{now}`"]:
+        say(line)
+    return int(bool(changed))
 
 
 def _parse_shard(text: str) -> Shard:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from postproc.cli.convert.finish import finish, module_file, show_result
-from postproc.cli.options import CertificateFile, Flag, Format, Output, ReportFile
+from postproc.cli.options import CertificateFile, CheckFlag, Format, Output, OutputFlag, ReportFile
 from postproc.cli.output import check_outputs
 from postproc.cli.printing import STDIN, print_document, show
 from postproc.cli.program_options import TaskOptions
@@ -24,11 +24,11 @@ def run(
     convert: TaskOptions = TaskOptions(),
     report: ReportFile = None,
     certificate: CertificateFile = None,
-    in_place: Flag = False,
-    check: Flag = False,
-    diff: Flag = False,
+    in_place: OutputFlag = False,
+    check: CheckFlag = False,
+    diff: CheckFlag = False,
     format: Format = None,
-    json: Flag = False,
+    json: CheckFlag = False,
 ) -> int:
     """Correct a program so that the real arm goes where the program says.
 

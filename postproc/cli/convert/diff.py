@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from postproc.cli.inputs import read_source
-from postproc.cli.options import Distance, Flag, ReportFile
+from postproc.cli.options import CheckFlag, Distance, ReportFile
 from postproc.cli.output import check_outputs, present
 from postproc.cli.printing import show
 from postproc.cli.programs import sound_program
@@ -26,7 +26,7 @@ def run(
     tolerance: Distance = 0.001,
     angle_tolerance: Distance = 0.01,
     report: ReportFile = None,
-    json: Flag = False,
+    json: CheckFlag = False,
 ) -> int:
     """Compare two programs, folders or backups by meaning; exit 1 if they differ by more than the tolerance.
 

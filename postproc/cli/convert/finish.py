@@ -5,11 +5,13 @@ from __future__ import annotations
 import difflib
 import os
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from postproc.cli.output import present, write, write_together
-from postproc.diagnostics import PostprocError
+from postproc.cli.printing import say
+from postproc.diagnostics import PostprocError, Source
 from postproc.files import read_source
 
 if TYPE_CHECKING:
@@ -72,6 +74,8 @@ def finish(
     files = [*([module] if module is not None else []), (target, after)]
     if diff and not silent:
         write(None, unified_diff(before, after, *names))
+    if check:
+        _say_changes(before, names[0], files)
     if check and target is not None:
         same = (path is None or (path.is_file() and path.read_bytes() == data) for path, data in files)
         return int(not all(same))
@@ -80,6 +84,26 @@ def finish(
     if target is not None or not silent:
         write_together(files)
     return 0
+
+
+def _say_changes(before: bytes, name: str, files: Sequence[tuple[Path | None, bytes]]) -> None:
+    """Say on stderr whether the output files, or without one the program, would change, and by how much.
+
+    Args:
+        before: the program. name: of it. files: path and bytes of what would be written, None for stdout.
+    """
+    from postproc.rapid.diff.difference import FileDiff
+    from postproc.rapid.diff.files import compare_files
+    from postproc.results.difference import change_lines
+
+    changes = []
+    for target, after in files:
+        path, new = str(target or name), target is not None and not target.is_file()
+        now = Source(path, before if target is None or new else target.read_bytes())
+        change = FileDiff(path, "added") if new else compare_files(path, now, Source(path, after), (0.0, 0.0))
+        changes.append(FileDiff(path, "changed") if change.status == "equal" and now.data != after else change)
+    for line in change_lines(changes):
+        say(line)
 
 
 def show_result(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from postproc.cli.options import Flag, Format
+from postproc.cli.options import CheckFlag, Format
 from postproc.cli.output import present
 from postproc.cli.printing import show
 from postproc.cli.program_options import ProgramOptions
@@ -16,7 +16,7 @@ from postproc.diagnostics import Matter, has_errors
 
 
 def run(
-    program: str, /, *, stated: ProgramOptions = ProgramOptions(), format: Format = None, json: Flag = False
+    program: str, /, *, stated: ProgramOptions = ProgramOptions(), format: Format = None, json: CheckFlag = False
 ) -> int:
     """List what a program moves, where, and what would be left alone and why; exit 1 if something is out of reach.
 

@@ -10,7 +10,7 @@ from cyclopts import Parameter
 
 from postproc.cli.inputs import read_source
 from postproc.cli.options import (
-    Flag,
+    CheckFlag,
     Names,
     RequiredOutput,
     Tolerance,
@@ -89,7 +89,7 @@ def write(
     force_on: Literal["all", "arc"] = "arc",
     bound: Tolerance = 5.0,
     template: Path | None = None,
-    json: Flag = False,
+    json: CheckFlag = False,
 ) -> int:
     """Write a module with a function that corrects targets that exist only at run time.
 
@@ -131,7 +131,7 @@ def check(
     made_for: RunTimeOptions = RunTimeOptions(),
     targets: int = 60,
     tolerance: Tolerance = 0.02,
-    json: Flag = False,
+    json: CheckFlag = False,
 ) -> int:
     """Run a written module on targets drawn from a region and compare it with the exact correction of a model.
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from postproc.cli.convert.finish import show_result
 from postproc.cli.inputs import read_source
-from postproc.cli.options import CertificateFile, Distance, Flag, ReportFile, RequiredOutput, Tolerance
+from postproc.cli.options import CertificateFile, CheckFlag, Distance, ReportFile, RequiredOutput, Tolerance
 from postproc.cli.output import check_outputs, write
 from postproc.cli.printing import print_document, say, show
 from postproc.cli.program_options import ConvertOptions
@@ -32,7 +32,7 @@ def run(
     convert: ConvertOptions = ConvertOptions(),
     report: ReportFile = None,
     certificate: CertificateFile = None,
-    json: Flag = False,
+    json: CheckFlag = False,
 ) -> int:
     """Make a complete weld module out of seam points and compensate it; nothing is written if a row is wrong.
 

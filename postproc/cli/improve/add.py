@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from postproc.cli.improve.model_options import ArmOptions, MeasuredOptions, opened
 from postproc.cli.inputs import say_uses, short_names
-from postproc.cli.options import ArmFile, DataFiles, Flag, Output, ReportFile, TextFlag
+from postproc.cli.options import ArmFile, CheckFlag, DataFiles, Output, ReportFile, TextFlag
 from postproc.cli.output import present, write_model
 from postproc.cli.printing import show
 from postproc.cli.progress import watching
@@ -20,7 +20,7 @@ def run(
     output: Output = None,
     table: MeasuredOptions = MeasuredOptions(),
     report: ReportFile = None,
-    json: Flag = False,
+    json: CheckFlag = False,
     text: TextFlag = False,
 ) -> int:
     """Add effects to a model, refit everything, and show how far the error falls on rows the fit has not seen.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from postproc.cli.improve.model_options import ArmOptions, MeasuredOptions, opened
 from postproc.cli.inputs import short_names
-from postproc.cli.options import ArmFile, CertificateFile, Flag, ReportFile, Tables, TextFlag
+from postproc.cli.options import ArmFile, CertificateFile, CheckFlag, ReportFile, Tables, TextFlag
 from postproc.cli.output import present, write
 from postproc.cli.printing import say_next, show
 from postproc.cli.progress import watching
@@ -19,7 +19,7 @@ def run(
     table: MeasuredOptions = MeasuredOptions(),
     report: ReportFile = None,
     certificate: CertificateFile = None,
-    json: Flag = False,
+    json: CheckFlag = False,
     text: TextFlag = False,
 ) -> int:
     """Compare a model with measurements: figures, the worst poses, the residual against every channel.

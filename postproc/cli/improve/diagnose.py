@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from postproc.cli.improve.model_options import ArmOptions, MeasuredOptions, opened
 from postproc.cli.inputs import short_names
-from postproc.cli.options import ArmFile, Flag, ReportFile, Tables, TextFlag
+from postproc.cli.options import ArmFile, CheckFlag, ReportFile, Tables, TextFlag
 from postproc.cli.output import present
 from postproc.cli.printing import say_next, show
 from postproc.cli.progress import watching
@@ -28,7 +28,7 @@ def run(
     arm_options: ArmOptions = ArmOptions(),
     table: MeasuredOptions = MeasuredOptions(),
     report: ReportFile = None,
-    json: Flag = False,
+    json: CheckFlag = False,
     text: TextFlag = False,
 ) -> int:
     """Find which physical effect a model lacks on measurements, with evidence; or none; or that the library lacks it.

@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from postproc import BASE
 from postproc.cli.improve.model_options import ArmOptions, MeasuredOptions
 from postproc.cli.inputs import assumed, say_uses, short_names
-from postproc.cli.options import Flag, Output, ReportFile, Tables, TextFlag, VectorText, parse_tool, parse_vector
+from postproc.cli.options import CheckFlag, Output, ReportFile, Tables, TextFlag, VectorText, parse_tool, parse_vector
 from postproc.cli.output import check_outputs, present, write_model
 from postproc.cli.printing import say, show
 from postproc.cli.progress import watching
@@ -37,7 +37,7 @@ def run(
     output: Output = None,
     table: MeasuredOptions = MeasuredOptions(),
     report: ReportFile = None,
-    json: Flag = False,
+    json: CheckFlag = False,
     text: TextFlag = False,
 ) -> int:
     """Fit the model of an arm to measured poses.

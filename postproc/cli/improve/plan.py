@@ -12,7 +12,7 @@ from cyclopts.validators import Number
 from postproc.cli.improve.first_plan import FirstOptions, plan_first
 from postproc.cli.improve.model_options import ArmOptions, MeasuredOptions, opened
 from postproc.cli.inputs import short_names
-from postproc.cli.options import AS_WRITTEN, Flag, Output, ReportFile, parse_numbers
+from postproc.cli.options import AS_WRITTEN, CheckFlag, Flag, Output, ReportFile, parse_numbers
 from postproc.cli.output import present, write
 from postproc.cli.printing import say_next
 from postproc.cli.progress import watching
@@ -40,7 +40,7 @@ def run(
     arm_options: ArmOptions = ArmOptions(),
     table: MeasuredOptions = MeasuredOptions(),
     report: ReportFile = None,
-    json: Flag = False,
+    json: CheckFlag = False,
 ) -> int:
     """Choose the poses to measure next: to tell two effects apart, or to sharpen what is determined worst.
 

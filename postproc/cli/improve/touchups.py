@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from postproc.cli.inputs import short_names
-from postproc.cli.options import AS_WRITTEN, Flag, Output, positive
+from postproc.cli.options import AS_WRITTEN, CheckFlag, Flag, Output, positive
 from postproc.cli.output import check_outputs, present, write
 from postproc.cli.printing import say, say_next, show
 from postproc.cli.program_options import ProgramOptions
@@ -33,7 +33,7 @@ def run(
     noise: Annotated[float, AS_WRITTEN, Parameter(validator=positive)] = 0.3,
     output: Output = None,
     stated: ProgramOptions = ProgramOptions(),
-    json: Flag = False,
+    json: CheckFlag = False,
 ) -> int:
     """Make a measurement table of the targets that were taught anew between two versions of a program.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from postproc.cli import printing
-from postproc.cli.options import EffectFiles, Flag
+from postproc.cli.options import CheckFlag, EffectFiles
 from postproc.cli.output import present
 from postproc.diagnostics import has_errors
 from postproc.effects.conformance.kit import check_effect
@@ -15,7 +15,7 @@ from postproc.model.file import read_model
 from postproc.results.library import check_document, effect_document, effects_document
 
 
-def list_(*, effects: EffectFiles = (), json: Flag = False) -> None:
+def list_(*, effects: EffectFiles = (), json: CheckFlag = False) -> None:
     """List the effects by key.
 
     Args:
@@ -26,7 +26,7 @@ def list_(*, effects: EffectFiles = (), json: Flag = False) -> None:
     present(effects_document(library.values()), json=json)
 
 
-def show(key: str, /, *, model: Path | None = None, effects: EffectFiles = (), json: Flag = False) -> None:
+def show(key: str, /, *, model: Path | None = None, effects: EffectFiles = (), json: CheckFlag = False) -> None:
     """Show an effect: equation, source, parameters, what it needs, what it is confused with.
 
     Args:
@@ -39,7 +39,7 @@ def show(key: str, /, *, model: Path | None = None, effects: EffectFiles = (), j
     present(effect_document(find_effect(key, library), stated), json=json)
 
 
-def check(file: Path, /, *, json: Flag = False) -> int:
+def check(file: Path, /, *, json: CheckFlag = False) -> int:
     """Run the effects of a Python file through the conformance kit; exit 1 if one fails.
 
     Args:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from postproc.cli.options import Flag
+from postproc.cli.options import CheckFlag
 from postproc.cli.output import present
 from postproc.cli.printing import show as show_findings
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from postproc.robot.arm import Robot
 
 
-def list_(*, json: Flag = False) -> None:
+def list_(*, json: CheckFlag = False) -> None:
     """List the arms in the library.
 
     Args:
@@ -25,7 +25,7 @@ def list_(*, json: Flag = False) -> None:
     present(robots_document([describe_robot(name) for name in list_robots()]), json=json)
 
 
-def show(name: str, /, *, json: Flag = False) -> None:
+def show(name: str, /, *, json: CheckFlag = False) -> None:
     """Show what is known of an arm, what is estimated and what is unknown, each number with its source.
 
     Args:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from math import ceil, log10
 
 import numpy as np
 
@@ -22,6 +23,10 @@ off."""
 STEEPEST = 0.05
 """By how much [mm] a correction may change with one millimetre of a coordinate: that of an arm changes by some
 thousandths; what is steeper is chance, and carries a target off when the coordinate is another."""
+
+SLOPE_DECIMALS = 7  # at most, of what a displacement adds by unit of a number that may go into the thousands
+ROUNDING = 2e-4
+"""Of an offset [mm], by the decimals of its coefficients: less than half of the last decimal of a target."""
 
 Regressors = Mapping[str, float]
 
@@ -95,7 +100,20 @@ def fit_affine(regressors: Sequence[Regressors], offsets: Array, least: float) -
         simpler, remaining, part = _fit(without, regressors, offsets)
         if remaining <= max(1.01 * off, least) and part <= CANCELLING:
             names, best = without, simpler
-    return best
+    coefficients = [(name, _rounded(slope, [run[name] for run in regressors])) for name, slope in best.coefficients]
+    return OffsetLaw(best.constant, tuple(coefficients))
+
+
+def _rounded(slope: Vec3, values: Sequence[float]) -> Vec3:
+    """A coefficient with as few decimals as change no offset of the runs by more than `ROUNDING` [mm].
+
+    Args:
+        values: of its regressor in the runs.
+    """
+    most = max(map(abs, values))
+    decimals = min(max(ceil(log10(0.5 * most / ROUNDING)), 0), SLOPE_DECIMALS) if most > 0 else SLOPE_DECIMALS
+    x, y, z = (round(value, decimals) for value in slope)
+    return x, y, z
 
 
 def _dispensable(name: str, regressors: Sequence[Regressors]) -> tuple[bool, float, int, str]:

@@ -130,6 +130,9 @@ class Signature:
         object.__setattr__(self, "targets", others[0] if others else len(self.roles))
 
 
+LONGEST_TARGET = 60  # characters of a target's text
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class StatementShape:
     """What the motion statements of a routine share that read alike but for their targets: thousands have one shape.
@@ -186,6 +189,15 @@ class MotionStatement:
     def argument(self, role: str) -> Argument | None:
         """The first argument that has this role; None if the statement has none."""
         return self._argument(self.roles.index(role)) if role in self.shape.roles else None
+
+    @property
+    def target(self) -> str:
+        """Text of its target as written, at most 60 characters; of an aggregate its position."""
+        argument = self.argument("to")
+        text = "" if argument is None else " ".join(argument.text.split())
+        if text.startswith("["):
+            text = f"{text.partition(']')[0]}]"  # its position says which it is
+        return text if len(text) <= LONGEST_TARGET else f"{text[: LONGEST_TARGET - 1]}\N{HORIZONTAL ELLIPSIS}"
 
     @property
     def results(self) -> tuple[Argument, ...]:

@@ -1,5 +1,5 @@
 """Two programs compared by meaning.
 
 `pairing` pairs motion statements and what stands between them; `compare` finds each `difference`;
-`paths` has where both lead the TCP.
+`files` compares two versions of a file, and `paths` has where both lead the TCP.
 """

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from itertools import accumulate
 from typing import Literal
 
@@ -92,8 +92,8 @@ def _unpaired(x: MotionStatement | None, y: MotionStatement | None) -> Differenc
     assert present is not None
     kind: Literal["added", "removed"] = "removed" if x else "added"
     lines = x.line if x else None, y.line if y else None
-    texts = x.text if x else "", y.text if y else ""
-    return Difference(kind, "motion", _place(present), present.instruction, *lines, text_a=texts[0], text_b=texts[1])
+    found = Difference(kind, "motion", _place(present), present.instruction, *lines, target=present.target)
+    return replace(found, text_a=x.text if x else "", text_b=y.text if y else "")
 
 
 def _place(statement: MotionStatement) -> str:
@@ -142,7 +142,9 @@ def _compare(first: Side, second: Side) -> Difference:
     rows = tuple((role, *pair) for role, pair in texts.items())
     place, speed = _place(y), _speeds(a, b)
     amounts = (distance, angle, conf, rows, shift, speed, at_via)
-    return Difference("changed", "motion", place, y.instruction, x.line, y.line, *amounts, x.text, y.text, points)
+    return Difference(
+        "changed", "motion", place, y.instruction, x.line, y.line, *amounts, y.target, x.text, y.text, points
+    )
 
 
 def _speeds(a: Sequence[MotionEvent], b: Sequence[MotionEvent]) -> tuple[float, float] | None:

@@ -25,6 +25,7 @@ class Difference:
         arguments: role and both texts of arguments that differ.
         at_circle_point: the circle point of an arc is farther away than its target.
         speed_mm_s: of the TCP in both, where they differ; of a weld that of its welddata.
+        target: text of the motion's target, in the second program if it is there.
         text_a, text_b: the motion statement as it stands in each file, empty where it does not.
         position_mm: of the target in both, object axes, where ``shift_mm`` is counted.
     """
@@ -42,6 +43,7 @@ class Difference:
     shift_mm: Vec3 | None = None
     speed_mm_s: tuple[float, float] | None = None
     at_circle_point: bool = False
+    target: str = ""
     text_a: str = ""
     text_b: str = ""
     position_mm: tuple[Vec3, Vec3] | None = None

@@ -17,12 +17,10 @@ from postproc.model.loads import loaded_state
 from postproc.motion.mounts import Mounts
 from postproc.motion.path.curves import Curves, pose_at
 from postproc.motion.values import Index
-from postproc.rapid.data.events import MotionStatement
 from postproc.report.blocks import Values
 from postproc.report.drawing.columns import chain_of, exact, packed
 
 MOST_POINTS = 60_000  # samples of a page; more than that are thinned, the largest deviations stay
-LONGEST_NAME = 60  # characters of a target's name
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +77,7 @@ def path_data(conversion: Conversion) -> Values:
             "tolerance": packed(1e3 * plan.path_tolerance),
         },
         "largest": {w: _largest(d, statement, len(statements)) for w, d in (("before", before), ("after", after))},
-        "targets": [_target(outcome.statement) for outcome in conversion.outcomes],
+        "targets": [outcome.statement.target for outcome in conversion.outcomes],
         "sources": _sources(conversion),
         # Where the arm stands in the frame of the work, which a track or a positioner moves.
         "base": None if mounts.T_base_frame is None else exact(invert(mounts.T_base_frame)[:, :3].reshape(len(of), 12)),
@@ -174,15 +172,6 @@ def _largest(deviation: Deviation, statement: Index, count: int) -> Values:
     largest, rows = np.full(count + 1, np.nan), deviation.space
     np.fmax.at(largest, statement[deviation.owner[rows]], 1e3 * deviation.across[rows])
     return packed(largest[:-1])
-
-
-def _target(statement: MotionStatement) -> str:
-    """Return the text of a statement's target as written, at most 60 characters; of an aggregate only its position."""
-    argument = statement.argument("to")
-    text = "" if argument is None else " ".join(argument.text.split())
-    if text.startswith("["):
-        text = f"{text.partition(']')[0]}]"  # its position says which it is
-    return text if len(text) <= LONGEST_NAME else f"{text[: LONGEST_NAME - 1]}\N{HORIZONTAL ELLIPSIS}"
 
 
 def _sources(conversion: Conversion) -> dict[str, list[str]]:
