@@ -48,6 +48,9 @@ function lengths(vectors) {
 const largest = (values) => values.reduce((most, value) => (value > most ? value : most), 0);
 const thousands = (x) => x.toLocaleString("en");
 const short = (x) => String(Number(x.toPrecision(4)));
+/** Decimals of figures that are judged by a tolerance or a noise: the last digit is a tenth of it. */
+const decimalsOf = (scale) => (scale > 0 ? Math.min(Math.max(Math.ceil(1 - Math.log10(scale) - 1e-9), 0), 6) : 3);
+const fixed = (x, decimals) => x.toFixed(decimals).replace(/^-(0\.?0*)$/, "$1");
 const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
 /** A value that several parts of the page show and change: the place of the path, the step of a model. */
@@ -112,6 +115,32 @@ function savePng(title, width, height, ratio, draw) {
   draw(pen);
   canvas.toBlob((blob) => save(`${fileName(title)}.png`, blob));
 }
+
+/** Buttons that save a chart. @param rows () => rows of cells; @param picture (title) => saves it */
+function exports(title, rows, picture) {
+  return element("span", { class: "exports" },
+    button("CSV", () => saveCsv(title, rows()), { "aria-label": `save ${title} as CSV` }),
+    button("PNG", () => picture(title), { "aria-label": `save ${title} as PNG` }));
+}
+
+/** Save a chart that Python drew: its columns, or its picture with the colours that it has on the page. */
+document.addEventListener("click", ({ target }) => {
+  const kind = target.dataset?.save, svg = kind && target.closest("figure").querySelector("svg");
+  if (!svg) return;
+  const title = svg.getAttribute("aria-label");
+  if (kind === "csv") {
+    const columns = Object.entries(JSON.parse(svg.dataset.columns)).map(([name, packed]) => [name, ...Array.from(numbers(packed), (x) => Number(x.toPrecision(6)))]);
+    return saveCsv(title, Array.from({ length: Math.max(...columns.map((c) => c.length)) }, (_, i) => columns.map((c) => c[i] ?? null)));
+  }
+  const copy = svg.cloneNode(true), { width, height } = svg.viewBox.baseVal, parts = [copy, ...copy.querySelectorAll("*")];
+  [svg, ...svg.querySelectorAll("*")].forEach((part, i) => {
+    const style = getComputedStyle(part);
+    for (const name of ["fill", "stroke", "stroke-width", "stroke-dasharray", "opacity", "fill-opacity", "stroke-opacity", "stroke-linecap", "font-weight"]) parts[i].style.setProperty(name, style.getPropertyValue(name));
+  });
+  const image = new Image();
+  image.onload = () => savePng(title, width, height, 2, (pen) => pen.drawImage(image, 0, 0, width, height));
+  image.src = `data:image/svg+xml,${encodeURIComponent(new XMLSerializer().serializeToString(copy))}`;
+});
 
 const fileName = (title) => title.toLowerCase().replace(/[^a-z0-9]+/g, "-").replace(/^-|-$/g, "");
 

@@ -4,7 +4,7 @@
 class Courses {
   /**
    * @param shared {axes: {name, unit, values}[], shaded: (i) => boolean, label(i), pick(i)}
-   * @param charts {title, unit, height, signed?, focus?, series: {name, values, color: name in the style sheet, dash?}[]}[]
+   * @param charts {title, unit, height, decimals?, signed?, focus?, series: {name, values, color: name in the style sheet, dash?}[]}[]
    *   focus: (i) => boolean, the samples whose values fill the height; what is higher elsewhere stops at the edge
    */
   constructor(hosts, shared, charts) {
@@ -37,6 +37,7 @@ class Courses {
 
   plot(host, chart, k) {
     const line = element("div", { class: "chosen" }), figure = element("figure", { class: "course", tabindex: "0", "aria-label": `${chart.title}. Left and right arrow keys go from place to place.` });
+    const decimals = chart.decimals ?? decimalsOf(Math.max(...chart.series.map((s) => largest(s.values.map(Math.abs)))) / 20);
     const kept = () => [css("--faint"), css("--grid")], font = "12px system-ui, sans-serif";
     const axis = { font, stroke: () => kept()[0], grid: { stroke: () => kept()[1], width: 1 }, ticks: { show: false }, gap: 4 };
     const u = new uPlot({
@@ -48,7 +49,7 @@ class Courses {
       axes: [{ ...axis, size: 24, values: (_, at) => at.map((x, i) => (i === at.length - 1 ? `${figureText(x)} ${this.shared.axes[this.axis].unit}` : figureText(x))) },
         { ...axis, size: 52, space: 26, values: (_, at) => at.map(figureText) }],
       series: [{ label: "at", class: "at", value: (_, x) => (x === null ? "" : `${x.toFixed(2)} ${this.shared.axes[this.axis].unit}`) },
-        ...chart.series.map((s) => ({ label: s.name, stroke: () => css(s.color), width: 1.5, dash: s.dash, points: { show: false }, value: (_, y) => (y === null || y === undefined ? "–" : `${digits(y, chart.unit)}`) }))],
+        ...chart.series.map((s) => ({ label: s.name, stroke: () => css(s.color), width: 1.5, dash: s.dash, points: { show: false }, value: (_, y) => (y === null || y === undefined ? "not known" : fixed(y, decimals)) }))],
       hooks: { drawClear: [(u) => this.shade(u)], setScale: [(u, name) => { if (name === "x") this.zoomed(u); }], draw: [() => this.mark()],
         setCursor: [(u) => { if (u.cursor.left < 0 && this.chosen >= 0) u.setLegend({ idx: this.chosen }, false); }] },
     }, [Array.from(this.x), ...this.columns[k]], figure);
@@ -175,12 +176,3 @@ class Courses {
 }
 
 const figureText = (x) => String(Number(x.toPrecision(6)));
-/** Length in millimetres with three decimals, what is not a length with three digits. */
-const digits = (x, unit) => (unit === "mm" ? x.toFixed(3) : short(x));
-
-/** Buttons that save a chart. @param rows () => rows of cells; @param picture (title) => saves it */
-function exports(title, rows, picture) {
-  return element("span", { class: "exports" },
-    button("CSV", () => saveCsv(title, rows()), { "aria-label": `save ${title} as CSV` }),
-    button("PNG", () => picture(title), { "aria-label": `save ${title} as PNG` }));
-}

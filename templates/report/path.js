@@ -3,6 +3,7 @@
 
 const JOINTS = ["--j1", "--j2", "--j3", "--j4", "--j5", "--j6"];
 const ARM = 1, LARGE = 2; // layers: what the corner shows, and what it is too small for
+const LITTLE_MORE = 1.6; // times the size of a weld
 const MOST_BOLD = 1000; // lines of welds that are drawn bold
 const MOST_VECTORS = 400; // vectors of the deviation that are drawn of a program
 
@@ -14,6 +15,7 @@ class Path {
     this.most = { before: numbers(most.before), after: numbers(most.after) };
     Object.assign(this, { targets: packed.targets, sources: packed.sources, base: packed.base && numbers(packed.base), statements: found.statements });
     this.n = this.move.length;
+    this.decimals = decimalsOf(found.tolerance_mm);
     this.rows = Array.from({ length: this.n }, (_, i) => i);
     this.size = { before: lengths(this.before), after: lengths(this.after) };
     this.goals = this.rows.filter((i) => i === this.n - 1 || this.move[i + 1] !== this.move[i]);
@@ -33,7 +35,8 @@ class Path {
     return `${row.instruction} ${this.targets[k]}, line ${row.line}${this.welding(i) ? ", weld" : ""}`;
   }
 
-  deviation(i) { return `${mm(this.size.before[i])} before, ${mm(this.size.after[i])} in the model after`; }
+  mm(x) { return Number.isFinite(x) ? `${fixed(x, this.decimals)} mm` : "not known"; }
+  deviation(i) { return `${this.mm(this.size.before[i])} before, ${this.mm(this.size.after[i])} in the model after`; }
 
   /** The place of those that is farthest off before correction, -1 without one. */
   worst(rows) { return rows.reduce((best, i) => (best < 0 || this.size.before[i] > this.size.before[best] ? i : best), -1); }
@@ -75,7 +78,6 @@ class Path {
 }
 
 const cross = ([a, b, c], [x, y, z]) => [b * z - c * y, c * x - a * z, a * y - b * x];
-const mm = (x) => (Number.isFinite(x) ? `${x.toFixed(3)} mm` : "not known");
 
 /** The path in space: its lines, its deviation drawn larger than it is, and the arm where a place is chosen. */
 class PathScene {
@@ -102,12 +104,10 @@ class PathScene {
       host.append(this.corner);
       space.inset(this.corner, ARM, () => [...this.arm.places(), ...this.around]);
     }
-    const reach = Math.hypot(...[0, 1, 2].map((k) => Math.max(...this.bounds(k)) - Math.min(...this.bounds(k)))) || 1;
+    const reach = diagonal(path.p) || 1;
     this.usual = Number(((0.05 * reach * 1000) / Math.max(largest(path.size.before.filter((_, i) => path.space(i))), 1e-4)).toPrecision(1));
     this.magnify(address.number("times") || this.usual);
   }
-
-  bounds(k) { this.sides ||= [0, 1, 2].map((c) => [this.path.p.reduce((a, x, i) => (i % 3 === c ? Math.min(a, x) : a), Infinity), this.path.p.reduce((a, x, i) => (i % 3 === c ? Math.max(a, x) : a), -Infinity)]); return this.sides[k]; }
 
   /** Area between the path and where the torch really goes, with its edge and vectors at even distances. */
   ribbon(name, color, rows) {
@@ -157,7 +157,7 @@ class PathScene {
     this.arm?.pose(path.q, i, path.move[i], path.base && path.base.subarray(12 * i, 12 * i + 12));
     const at = [...path.p.subarray(3 * i, 3 * i + 3)];
     Object.assign(this.dot, { at, shown: true });
-    Object.assign(this.tag, { at, shown: true, text: `${path.targets[path.statement(i)] || ""} ${mm(path.size.before[i])}` });
+    Object.assign(this.tag, { at, shown: true, text: `${path.targets[path.statement(i)] || ""} ${path.mm(path.size.before[i])}` });
     space.later();
   }
 
@@ -178,8 +178,10 @@ class PathScene {
   view(what) {
     const { path } = this;
     const tips = (rows) => rows.flatMap((i) => [0, 1, 2].map((c) => this.ribbons.before.places.array[6 * i + 3 + c])).map((x) => x || 0);
-    const places = { weld: () => [...this.around, ...tips(this.rows), ...(this.arm ? this.arm.places().slice(-6) : [])],
-      "whole path": () => path.p, "whole arm": () => [...this.arm.places(), ...this.around] }[what]();
+    const torch = this.arm ? this.arm.places().slice(-6) : [], all = [...path.p, ...tips(path.rows), ...torch];
+    // A path that is hardly longer than its weld is shown whole.
+    const places = { weld: () => (diagonal(path.p) < LITTLE_MORE * diagonal([...this.around, ...torch]) ? all : [...this.around, ...tips(this.rows), ...torch]),
+      "whole path": () => all, "whole arm": () => [...this.arm.places(), ...this.around] }[what]();
     return [places, this.direction()];
   }
 
@@ -212,6 +214,12 @@ class PathScene {
     if (i < 0) i = space.nearest(path.p, path.rows.filter((k) => k % few === 0), x, y);
     return i < 0 ? null : { text: `${path.label(i)}\n${path.deviation(i)}`, pick: () => path.chosen.set(i, "space") };
   }
+}
+
+/** Diagonal of the box around places. */
+function diagonal(places) {
+  const box = new THREE.Box3().setFromArray(places);
+  return box.max.distanceTo(box.min);
 }
 
 /** The plane of a weld: through its places, at right angles to the torch as far as the weld leaves that open. */
@@ -281,28 +289,28 @@ class Listing {
 }
 
 function statementTable(host, path) {
-  const rows = path.statements.map((row, k) => ({ ...row, k, target: path.targets[k], before: path.most.before[k], after: path.most.after[k] }));
-  const figure = (x) => (Number.isFinite(x) ? x.toFixed(3) : "");
+  const rows = path.statements.map((row, k) => ({ ...row, k, target: path.targets[k], before: path.most.before[k], after: path.most.after[k],
+    result: [row.status, row.reason].filter(Boolean).join(": ") }));
+  const figure = (x) => (Number.isFinite(x) ? fixed(x, path.decimals) : "");
   const column = (title, key, number = false) => ({ title, number, value: (row) => row[key], shown: number && key !== "line" ? (row) => figure(row[key]) : null });
   const several = (key) => new Set(rows.map((row) => row[key])).size > 1;
-  return new Table(host, [...(several("path") ? [column("file", "path")] : []), column("line", "line", true), ...(several("routine") ? [column("routine", "routine")] : []),
-    column("instruction", "instruction"), column("target", "target"), column("before [mm]", "before", true), column("after [mm]", "after", true),
-    column("moved by [mm]", "shift_mm", true), column("result", "status"), column("left uncorrected, because", "reason")], rows, {
+  return new Table(host, [...(several("path") ? [column("file", "path")] : []), column("line", "line", true), column("instruction", "instruction"), column("target", "target"),
+    column("before [mm]", "before", true), column("after [mm]", "after", true), column("moved [mm]", "shift_mm", true), column("result", "result"),
+    ...(several("routine") ? [column("routine", "routine")] : [])], rows, {
     label: "motion statements",
     pick: (row) => { const i = path.worst(path.ofStatement(row.k)); if (i >= 0) path.chosen.set(i, "table"); else announce("where this statement leads is not known"); },
   });
 }
 
-function seamTable(host, path, seams, within) {
-  const figure = (x) => (x === null ? "" : x.toFixed(3));
+function seamTable(host, path, seams) {
+  const length = (title, key, decimals = path.decimals) => ({ title, number: true, value: (s) => s[key], shown: (s) => (s[key] === null ? "" : fixed(s[key], decimals)) });
+  const several = (title, key, least) => (seams.some((s) => s[key] > least) ? [{ title, number: true, value: (s) => s[key] }] : []);
   new Table(host, [
-    { title: "seam", value: (s) => s.name }, { title: "lines", value: (s) => s.line_from, shown: (s) => `${s.line_from} to ${s.line_to}`, number: true },
-    { title: "length [mm]", value: (s) => s.length_mm, shown: (s) => s.length_mm.toFixed(0), number: true },
-    { title: "before [mm]", value: (s) => s.before_mm, shown: (s) => figure(s.before_mm), number: true },
-    { title: "after, in the model [mm]", value: (s) => s.after_mm, shown: (s) => figure(s.after_mm), number: true },
-    { title: "tolerance, in the model", value: (s) => (s.after_mm === null ? "not known" : s.after_mm <= within ? "kept" : "exceeded"),
-      mark: (s, text) => element("span", { class: text === "exceeded" ? "bad" : "good" }, text) },
-    { title: "targets added", value: (s) => s.added_targets, number: true }, { title: "statements left", value: (s) => s.left, number: true },
+    { title: "seam", value: (s) => s.name }, { title: "lines", value: (s) => s.line_from, shown: (s) => `${s.line_from} to ${s.line_to}` },
+    ...several("runs", "runs", 1), length("length", "length_mm", 0), length("before", "before_mm"), length("after", "after_mm"),
+    length("sideways", "sideways_after_mm"), length("stick-out", "stick_out_after_mm"), length("along", "along_after_mm"),
+    { title: "in the model", value: (s) => (s.after_mm === null ? "not known" : s.kept ? "kept" : "exceeded"), mark: (s, text) => element("span", { class: text === "exceeded" ? "bad" : "good" }, text) },
+    ...several("targets added", "added_targets", 0), ...several("statements left", "left", 0),
   ], seams, { label: "seams", pick: (s) => path.seam.set(s) });
 }
 
@@ -310,10 +318,11 @@ function showPath() {
   const found = data("document"), packed = data("path");
   if (!packed) return;
   document.documentElement.classList.toggle("measured", Boolean(found.expected_accuracy));
+  document.documentElement.classList.toggle("kept", found.verdict === "kept"); // shown on the arm itself
   const path = new Path(packed, found), place = (name) => document.querySelector(`[data-path="${name}"]`);
   const scene = new PathScene(place("space"), path, packed), listing = place("text") && new Listing(place("text"), path);
   const table = statementTable(place("statements"), path);
-  if (place("seams")) seamTable(place("seams"), path, found.welds, found.tolerance_mm);
+  if (place("seams")) seamTable(place("seams"), path, found.welds);
   const across = (name) => path.size[name].map((x, i) => (path.space(i) ? x : NaN));
   const limit = { name: "tolerance", values: Float32Array.from(path.move, (m) => path.moves.tolerance[m]), color: "--faint", dash: [4, 3] };
   const six = (values) => JOINTS.map((color, k) => ({ name: `J${k + 1}`, color, values: component(values, 6, k) }));
@@ -321,8 +330,8 @@ function showPath() {
   const shared = { axes: [{ name: "time", unit: "s", values: path.t }, { name: "length", unit: "m", values: path.s }],
     shaded: welding, label: (i) => path.label(i), pick: (i) => path.chosen.set(i, "chart") };
   const courses = new Courses([place("deviation"), place("deviation"), place("joints")], shared, [
-    { title: "Deviation before and in the model after", unit: "mm", height: 120, series: [{ name: "before", values: across("before"), color: "--before" }, after] },
-    { title: "In the model after, against the tolerance", unit: "mm", height: 96, focus: welding, series: [after, limit] },
+    { title: "Deviation before and in the model after", unit: "mm", height: 120, decimals: path.decimals, series: [{ name: "before", values: across("before"), color: "--before" }, after] },
+    { title: "In the model after, against the tolerance", unit: "mm", height: 96, decimals: path.decimals, focus: welding, series: [after, limit] },
     { title: "Speed of the joints, share of the limit", unit: "%", height: 140, series: six(path.speed) },
     { title: "Torque of the motors", unit: "N m", height: 140, signed: true, series: six(path.torque) },
     { title: "Correction of the joints", unit: "deg", height: 140, signed: true, series: six(path.correction) },

@@ -21,7 +21,7 @@ class Space {
     }
     this.canvas = canvas;
     this.tip = element("div", { class: "tip", role: "tooltip", hidden: "" });
-    this.axes = element("div", { class: "axes", "aria-hidden": "true" }, ..."xyz".split("").map((name) => element("span", {}, name)));
+    this.axes = element("div", { class: "axes", "aria-hidden": "true" }, ..."xyz".split("").flatMap((name) => [element("i"), element("span", {}, name)]));
     host.append(canvas, this.axes, this.tip);
     this.gl = new THREE.WebGLRenderer({ canvas, context });
     this.gl.autoClear = false;
@@ -169,9 +169,11 @@ class Space {
       tag.style.left = `${Math.max(4, Math.min(x + 12, this.width - tag.offsetWidth - 4))}px`;
       tag.style.top = `${Math.max(4, Math.min(y - 12 - tag.offsetHeight, this.height - tag.offsetHeight - 4))}px`;
     }
-    [...this.axes.children].forEach((name, k) => {
-      const tip = new THREE.Vector3().setComponent(k, 1).applyQuaternion(camera.quaternion.clone().invert());
-      name.style.transform = `translate(${24 * tip.x}px, ${-24 * tip.y}px)`;
+    [..."xyz"].forEach((_, k) => {
+      const [line, name] = [this.axes.children[2 * k], this.axes.children[2 * k + 1]], tip = new THREE.Vector3().setComponent(k, 1).applyQuaternion(camera.quaternion.clone().invert());
+      line.style.width = `${20 * Math.hypot(tip.x, tip.y)}px`;
+      line.style.transform = `rotate(${Math.atan2(-tip.y, tip.x)}rad)`;
+      name.style.transform = `translate(${28 * tip.x}px, ${-28 * tip.y}px)`;
     });
     this.frames += 1;
   }

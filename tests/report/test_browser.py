@@ -282,6 +282,9 @@ def test_the_error_falls_from_step_to_step_of_a_model(opened: Open) -> None:
     page.evaluate("document.activeElement.blur()")
     page.keyboard.press("ArrowRight")
     assert page.get_attribute('[data-shows="2"]', "aria-pressed") == "true"
+    with page.expect_download() as saved:
+        page.click('[data-steps="charts"] [data-save="csv"] >> nth=0')
+    assert len(saved.value.path().read_text("utf-8").splitlines()) > 100
     page.click("text=watch the error fall >> nth=0")
     assert page.inner_text(STEP_NAME) == "0.145 mm"
     page.wait_for_selector('[data-shows="2"][aria-pressed="true"]', timeout=8000)

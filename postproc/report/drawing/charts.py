@@ -1,10 +1,11 @@
-"""The charts of the reports, as inline SVG that the style sheet colours: no script, they print well.
+"""The charts of the reports, as inline SVG that the style sheet colours: they print well, and are saved as CSV and PNG.
 
 Points over a channel with a law through them, lines, bars with a floor; axes with ticks and labels around them.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -13,6 +14,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.report.blocks import Bars
+from postproc.report.drawing.columns import packed
 
 Range = tuple[float, float]
 FEW_LEVELS = 6  # a channel with so few values is drawn as columns of points
@@ -62,7 +64,7 @@ def scatter(
     good = np.isfinite(x) & np.isfinite(y)
     if not good.any():
         return ""
-    distinct = np.unique(x[good])
+    measured, distinct = x, np.unique(x[good])
     columns = len(distinct) <= FEW_LEVELS and good.sum() > len(distinct)
     if columns:
         wide = 0.3 * (float(np.diff(distinct).min()) if len(distinct) > 1 else 1.0)
@@ -87,7 +89,10 @@ def scatter(
     for (right, down), text in ((places[i], text) for i, text in marks if good[i]):
         ring = f'<circle cx="{right:.1f}" cy="{down:.1f}" r="4" class="ring">'
         parts.append(f"{ring}<title>{escape(text)}</title></circle>")
-    return frame.draw(parts, x_label, y_label)
+    known = {x_label: measured[good], y_label: y[good]}
+    if curve is not None:
+        known |= {f"{x_label} of the curve": curve.x, "curve": curve.y, "its standard deviation": curve.sigma}
+    return frame.draw(parts, x_label, y_label, known)
 
 
 def shares(curves: Mapping[str, tuple[str, Array]], unit: str, title: str, most: float | None = None) -> str:
@@ -111,7 +116,8 @@ def shares(curves: Mapping[str, tuple[str, Array]], unit: str, title: str, most:
         right = frame.left + frame.width - 8
         parts.append(f'<text x="{right - 26}" y="{y}" text-anchor="end">{escape(name)}</text>')
         parts.append(line(np.array([[right - 20, y - 4], [right, y - 4]]), kind))
-    return frame.draw(parts, f"distance [{unit}]", "% of the poses")
+    columns = {f"{name} [{unit}]": values for name, (_, values) in known.items()}
+    return frame.draw(parts, f"distance [{unit}]", "% of the poses", columns)
 
 
 def bars(block: Bars) -> str:
@@ -195,11 +201,11 @@ class ChartAxes:
         """Return the vertical place [pixels], from the top, of a value of y."""
         return float(self.places(np.array(0.0), np.array(value))[1])
 
-    def draw(self, parts: Sequence[str], x_label: str, y_label: str) -> str:
-        """Return the chart as SVG: ``parts`` inside the axes, ticks and labels around them.
+    def draw(self, parts: Sequence[str], x_label: str, y_label: str, columns: Mapping[str, Array]) -> str:
+        """Return the chart as a figure: SVG with ``parts`` inside the axes, ticks and labels, and buttons that save it.
 
         Args:
-            parts: SVG elements in pixels.
+            parts: SVG elements in pixels. columns: of the table of its values, by their head.
         """
         bottom, middle = self.top + self.height, self.left + self.width / 2
         frame = f'<rect x="{self.left}" y="{self.top}" width="{self.width}" height="{self.height}"'
@@ -217,8 +223,14 @@ class ChartAxes:
         wide, high = self.size
         name = escape(self.title or f"{y_label} over {x_label}")
         head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide}" height="{high}" viewBox="0 0 {wide} {high}"'
-        head += f' role="img" aria-label="{name}" font-family="system-ui, sans-serif" font-size="13">'
-        return f"{head}{''.join([*axes, *parts])}</svg>"
+        head += f' role="img" aria-label="{name}" font-family="system-ui, sans-serif" font-size="13"'
+        table = escape(json.dumps({label: packed(values) for label, values in columns.items()}, separators=(",", ":")))
+        save = "".join(
+            f'<button type="button" data-save="{kind.lower()}" aria-label="save {name} as {kind}">{kind}</button>'
+            for kind in ("CSV", "PNG")
+        )
+        drawing = f'{head} data-columns="{table}">{"".join([*axes, *parts])}</svg>'
+        return f'<figure class="drawn">{drawing}<span class="exports">{save}</span></figure>'
 
 
 def line(places: Array, kind: str) -> str:

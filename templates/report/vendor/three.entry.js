@@ -1,5 +1,5 @@
 export {
-  BufferAttribute, BufferGeometry, CapsuleGeometry, Color, ConeGeometry, CubicBezierCurve3, CylinderGeometry, DirectionalLight, DoubleSide, Group,
+  Box3, BufferAttribute, BufferGeometry, CapsuleGeometry, Color, ConeGeometry, CubicBezierCurve3, CylinderGeometry, DirectionalLight, DoubleSide, Group,
   HemisphereLight, InstancedMesh, Line3, LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, OrthographicCamera,
   PlaneGeometry, Quaternion, Scene, TubeGeometry, Vector3, WebGLRenderer,
 } from "three";
