@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Sequence
 from functools import cache
 from html import escape
 from typing import Any
@@ -40,6 +41,7 @@ def render_page(document: Document) -> str:
         "page.html.j2",
         title=document.title,
         headline=prose(headline),
+        figures=Markup("" if document.table is None else table(document.table)),
         more=prose(" ".join(details)),
         basis=prose(document.basis),
         key=[figure for figure in document.figures if figure.value is not None],
@@ -131,10 +133,11 @@ def table_values(block: DataTable) -> Markup:
     """Encode a table for the scripts of a page: columns with values, rows of cells, and the column that has links."""
     every = [[row[k] for row in block.rows] for k in range(len(block.columns))]
     numbers = [any(map(is_number, cells)) and all(c is None or is_number(c) for c in cells) for cells in every]
+    decimals = [block.decimals] * len(block.columns) if not isinstance(block.decimals, Sequence) else block.decimals
     shown, (column, links) = block.shown, block.links or (None, ())
     spec = {
         "label": block.label,
-        "columns": [{"title": block.columns[k], "number": numbers[k]} for k in shown],
+        "columns": [{"title": block.columns[k], "number": numbers[k], "decimals": decimals[k]} for k in shown],
         "rows": [[*(_cell(row[k]) for k in shown), *links[i : i + 1]] for i, row in enumerate(block.rows)],
         "link": None if column is None else shown.index(column),
     }

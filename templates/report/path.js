@@ -303,7 +303,7 @@ function statementTable(host, path) {
 }
 
 function seamTable(host, path, seams) {
-  const length = (title, key, decimals = path.decimals) => ({ title, number: true, value: (s) => s[key], shown: (s) => (s[key] === null ? "" : fixed(s[key], decimals)) });
+  const length = (title, key, decimals = path.decimals) => ({ title, number: true, value: (s) => s[key], shown: (s) => (s[key] == null ? "" : fixed(s[key], decimals)) });
   const several = (title, key, least) => (seams.some((s) => s[key] > least) ? [{ title, number: true, value: (s) => s[key] }] : []);
   new Table(host, [
     { title: "seam", value: (s) => s.name }, { title: "lines", value: (s) => s.line_from, shown: (s) => `${s.line_from} to ${s.line_to}` },

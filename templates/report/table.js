@@ -164,6 +164,7 @@ for (const host of document.querySelectorAll("[data-table]")) {
   const columns = spec.columns.map((column, k) => ({
     ...column,
     value: (row) => row[k],
+    shown: column.number && column.decimals !== null ? (row) => (row[k] === null ? "" : fixed(row[k], column.decimals)) : null,
     href: k === spec.link ? (row) => row[spec.columns.length] : null,
   }));
   new Table(host, columns, spec.rows, { label: spec.label, sort: spec.sort });
