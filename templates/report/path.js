@@ -165,7 +165,8 @@ class PathScene {
   show(what, rows = this.rows) {
     this.rows = rows;
     if (!this.space.works) return;
-    this.around = this.path.points(rows);
+    const few = Math.ceil(rows.length / 1000);
+    this.around = this.path.points(rows.filter((_, k) => k % few === 0 || k === rows.length - 1));
     this.plane?.removeFromParent();
     this.plane = workPlane(this.space, this.path, rows, this.arm);
     if (this.plane) this.space.scene.add(this.plane);
