@@ -29,10 +29,13 @@ function data(id) {
 
 /** Numbers of a column that Python packed: single precision, whole numbers, or two bytes between two limits. */
 function numbers(column) {
-  const bytes = Uint8Array.from(atob(column.data), (c) => c.charCodeAt(0));
+  const text = atob(column.data), bytes = new Uint8Array(text.length);
+  for (let i = 0; i < bytes.length; i++) bytes[i] = text.charCodeAt(i);
   if (column.type === "f4") return new Float32Array(bytes.buffer);
   if (column.type === "i4") return new Int32Array(bytes.buffer);
-  return Float32Array.from(new Uint16Array(bytes.buffer), (x) => (x ? column.low + x * column.step : NaN));
+  const steps = new Uint16Array(bytes.buffer), values = new Float32Array(steps.length);
+  for (let i = 0; i < values.length; i++) values[i] = steps[i] ? column.low + steps[i] * column.step : NaN;
+  return values;
 }
 
 /** One of several numbers that stand beside each other in every row. */
