@@ -16,9 +16,9 @@ from .conftest import Call
 def test_rows_say_where_and_with_what(call: Call, samples: Path) -> None:
     text = call("inspect", samples / "panel_300.mod").out.splitlines()
     assert [line.split(", 48 times; ")[1] for line in text if "rTacks" in line] == [
-        "an offset is written into its argument",
-        "its array element is edited",
         "it moves with the target that it is derived from",
+        "its array element is edited",
+        "an offset is written into its argument",
     ]
     # The work object is turned by a third of a degree only, so base and work object positions nearly add up.
     first = next(line for line in text if "ArcLStart" in line).split()
