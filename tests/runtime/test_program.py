@@ -28,7 +28,7 @@ def test_the_report_counts_what_goes_through_the_function() -> None:
     (row,) = [r for r in conversion.report["statements"] if r["status"] == "run_time"]
     assert (row["edited"], row["shift_mm"]) == ("function", None)
     assert conversion.report["run_time"]["statements"] == 1
-    assert "1 at run time" in text_of(conversion)
+    assert ", 1 on the controller," in text_of(conversion)
 
 
 def test_off_says_how_many_statements_it_would_reach() -> None:
