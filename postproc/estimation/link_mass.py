@@ -35,8 +35,8 @@ def link_mass_directions(fit: Fit) -> Array:
     A, B = at_rows.columns * unit, fit.problem.whiten(fit.problem.sensitivity.by_link_mass())
     taken = solve_positive(at_rows.curvature(unit, at_rows.prior.weight(after.mean)), A.T @ B / scatter)
     spread = np.log(factor[1:])
-    told = (B.T @ B - (B.T @ A) @ taken) / scatter * np.outer(spread, spread)
-    size, axes = np.linalg.eigh(0.5 * (told + told.T))
+    information = (B.T @ B - (B.T @ A) @ taken) / scatter * np.outer(spread, spread)
+    size, axes = np.linalg.eigh(0.5 * (information + information.T))
     lower = spread[:, None] * axes / np.sqrt(1.0 + np.maximum(size, 0.0))
     total = np.linalg.norm(lower, axis=1)
     lower *= (lognormal_deviation(total) / total)[:, None]

@@ -72,8 +72,8 @@ def program_certificate(
         seams.append((seam["name"], lines, length, *fell, f"{tolerance:g}", seam["left"], result))
     path: list[Row] = []
     for row in document["figures"]:
-        asked, fell = row["tolerance_mm"], _fall(row["before_mm"], row["after_mm"], digits)
-        required = ("", "") if asked is None else (f"{asked:g}", words[row["after_mm"] <= asked])
+        limit, fell = row["tolerance_mm"], _fall(row["before_mm"], row["after_mm"], digits)
+        required = ("", "") if limit is None else (f"{limit:g}", words[row["after_mm"] <= limit])
         expected = range_text(row["expected_on_arm_mm"], digits)
         path.append((CLAUSES[row["place"]], *fell, expected, *required))
     if drawn := document["from_programmed_path"]:
@@ -129,8 +129,10 @@ def arm_certificate(name: str, comparison: Comparison, files: Sequence[Source] =
         *(("mean distance from the model", mean), ("95 % of the poses are within", within["95"])),
         ("largest distance from the model", largest),
     ]
-    table, aside = comparison.fit.model.fit, len(comparison.fit.excluded_rows)
-    rows = f"{len(data)} compared, {aside} of them left out as far from everything else" if aside else str(len(data))
+    table, excluded = comparison.fit.model.fit, len(comparison.fit.excluded_rows)
+    rows = (
+        f"{len(data)} compared, {excluded} of them left out as far from everything else" if excluded else str(len(data))
+    )
     facts = [("model and measurements", name), *hashes((*files, *data.sources))]
     facts += [
         ("arm", comparison.fit.model.robot.name),
@@ -138,9 +140,9 @@ def arm_certificate(name: str, comparison: Comparison, files: Sequence[Source] =
         ("these rows are", compared_rows(table, data.sources)),
     ]
     facts.append((f"noise per {kind.each}", "not known" if noise is None else f"{noise:.3f} {kind.unit}"))
-    found = [(what, "" if value is None else f"{value:.3f}", "", "") for what, value in figures]
+    accuracy = [(what, "" if value is None else f"{value:.3f}", "", "") for what, value in figures]
     columns = ("figure", f"found [{kind.unit}]", f"required [{kind.unit}]", "accepted")
-    parts = [_part("Pose accuracy and repeatability after ISO 9283", columns, found, BY_HAND)]
+    parts = [_part("Pose accuracy and repeatability after ISO 9283", columns, accuracy, BY_HAND)]
     kinds = [
         ("poses, repeatability and noise", "measured", "the rows of the tables"),
         ("distance from the model", "measured less computed", "the rows of the tables, and the model at their joints"),

@@ -34,13 +34,13 @@ def issued() -> str:
 
 def versions() -> str:
     """Return the versions of postproc, Python and the libraries that compute."""
-    found = [f"postproc {__version__}", f"Python {platform.python_version()}"]
+    versions = [f"postproc {__version__}", f"Python {platform.python_version()}"]
     for name in COMPUTING:
         try:
-            found.append(f"{name} {version(name)}")
+            versions.append(f"{name} {version(name)}")
         except PackageNotFoundError:
             continue
-    return ", ".join(found)
+    return ", ".join(versions)
 
 
 def rows_of_fit(table: Mapping[str, Any]) -> list[Row]:
@@ -53,7 +53,7 @@ def rows_of_fit(table: Mapping[str, Any]) -> list[Row]:
         return []
     names, digests = (_listed(table.get(key)) for key in ("data", "data_sha256"))
     known = [(f"fitted to {name}, SHA-256", digest) for name, digest in zip(names, digests, strict=False)]
-    aside, blocks = table.get("set_aside"), table.get("held_out_blocks", 0)
+    excluded, blocks = table.get("set_aside"), table.get("held_out_blocks", 0)
     out = "not recorded in the model file"
     if blocks:
         out = f"every row once: {blocks} blocks of consecutive poses, each predicted by a fit to the others"
@@ -63,7 +63,10 @@ def rows_of_fit(table: Mapping[str, Any]) -> list[Row]:
     return [
         *known,
         ("rows fitted", f"{table['rows']}{_error(table, 'rms')}"),
-        ("rows left out of the fit", "not recorded in the model file" if aside is None else _left_out(aside)),
+        (
+            "rows left out of the fit",
+            "not recorded in the model file" if excluded is None else _excluded_text(excluded),
+        ),
         ("rows held out", out),
         ("fitted by", f"postproc {table.get('version') or 'of unknown version'}"),
     ]
@@ -89,12 +92,12 @@ def _bare(file: Source) -> str:
     return file.path.replace("\\", "/").rsplit("/", 1)[-1]
 
 
-def _left_out(aside: Sequence[str]) -> str:
+def _excluded_text(excluded: Sequence[str]) -> str:
     """Return which rows were left out as text: they lie far from everything else."""
-    if not aside:
+    if not excluded:
         return "none"
-    named = joined(aside[:MOST_ROWS]) if len(aside) <= MOST_ROWS else f"{', '.join(aside[:MOST_ROWS])}, .."
-    return f"{len(aside)}, far from everything else: {named}"
+    named = joined(excluded[:MOST_ROWS]) if len(excluded) <= MOST_ROWS else f"{', '.join(excluded[:MOST_ROWS])}, .."
+    return f"{len(excluded)}, far from everything else: {named}"
 
 
 def _error(table: Mapping[str, Any], key: str) -> str:

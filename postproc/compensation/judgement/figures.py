@@ -133,10 +133,12 @@ def _places(
         if not len(chosen):
             continue
         sizes = [float(np.max(d.across[mask], initial=0.0)) for mask, d in zip(rows, both, strict=True)]
-        asked = None if place in ("speed_changes", "correction_jumps") else plan.path_tolerance[after.owner[chosen]]
+        tolerance = None if place in ("speed_changes", "correction_jumps") else plan.path_tolerance[after.owner[chosen]]
         worst = int(after.owner[chosen[np.argmax(after.across[chosen])]])
         line = plan.motion.moves[worst].event.statement.line
-        places.append(PlaceFigures(place, sizes[0], sizes[1], None if asked is None else float(asked.max()), line))
+        places.append(
+            PlaceFigures(place, sizes[0], sizes[1], None if tolerance is None else float(tolerance.max()), line)
+        )
     return tuple(places)
 
 

@@ -69,7 +69,7 @@ def _possible(table: Table, free: Sequence[str]) -> dict[str, str]:
     cells = table.cells
     lines: dict[str, str] = {}  # of the map, by standard column
     possible: dict[str, str] = {}
-    alike: dict[str, list[str]] = {}
+    by_reason: dict[str, list[str]] = {}
     for name in free:
         unit = cells.units[cells.at(name)]
         column, reason, factor = names.named(name), KNOWN_NAME, ""
@@ -82,17 +82,17 @@ def _possible(table: Table, free: Sequence[str]) -> dict[str, str]:
         if not column or column in table.place or column in lines:
             continue
         other = fitting(unit, names.unit_of(column)) and unit != names.unit_of(column)
-        more, theirs = (f", unit = {dumps(unit)}" if other else "") + factor, dumps(name, ensure_ascii=False)
-        lines[column] = f"{column} = {{ name = {theirs}{more} }}" if more else f"{column} = {theirs}"
-        alike.setdefault(reason, []).append(name)
+        extra, theirs = (f", unit = {dumps(unit)}" if other else "") + factor, dumps(name, ensure_ascii=False)
+        lines[column] = f"{column} = {{ name = {theirs}{extra} }}" if extra else f"{column} = {theirs}"
+        by_reason.setdefault(reason, []).append(name)
         possible[name] = column
-    severity: Severity = "info" if alike.keys() <= {KNOWN_NAME, EXPANDED} else "warning"
+    severity: Severity = "info" if by_reason.keys() <= {KNOWN_NAME, EXPANDED} else "warning"
     texts = ["[columns]", *lines.values()] if lines else []
     if (turned := _possible_orientation(table)) is not None:
-        alike["an orientation"], form = turned
+        by_reason["an orientation"], form = turned
         texts += ["[orientation]", f"columns = {dumps(turned[0], ensure_ascii=False)}", f'form = "{form}"']
     if texts:
-        groups = (f"{', '.join(f'`{name}`' for name in group)} ({reason})" for reason, group in alike.items())
+        groups = (f"{', '.join(f'`{name}`' for name in group)} ({reason})" for reason, group in by_reason.items())
         help_ = "if they are, give a column map (`--columns FILE.toml`) with the lines:\n" + "\n".join(texts)
         what = f"columns may be standard ones and are not read as such: {', '.join(groups)}"
         table.say("DAT015", severity, what, help_)

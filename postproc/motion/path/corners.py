@@ -33,7 +33,7 @@ SMOOTHING = (
     0.05  # [s] by which a corner takes longer than its zone, from logged corners of an IRB 6640 (docs/motion.md)
 )
 _PEAK = 1.5  # largest acceleration in a corner over the mean, by h
-_ASIDE = 1e-3  # fraction of a move over which its joint speeds are found
+_STEP = 1e-3  # fraction of a move over which its joint speeds are found
 _IN_PLACE = 1e-6  # [m] a move shorter than this only turns the tool
 
 
@@ -74,10 +74,10 @@ def plan_corners(robot: Robot, moves: tuple[Move, ...], curves: Curves) -> Corne
     b = a + 1
     travels_a, travels_b = length[a] > _IN_PLACE, length[b] > _IN_PLACE
     half_a, half_b = np.where(travels_a, length[a] / 2, np.inf), np.where(travels_b, length[b] / 2, np.inf)
-    more, more_a, more_b = _smoothing(robot, moves, curves, a)
+    extension, extension_a, extension_b = _smoothing(robot, moves, curves, a)
     for radius, out, into in ((zone, before, after), (zone_rotation, before_turn, after_turn)):
-        r = np.where(radius[a] > 0.0, np.minimum(radius[a] + more, np.minimum(half_a, half_b)), 0.0)
-        turned_a, turned_b = _share(zone_angle[a], angle[a], more_a), _share(zone_angle[a], angle[b], more_b)
+        r = np.where(radius[a] > 0.0, np.minimum(radius[a] + extension, np.minimum(half_a, half_b)), 0.0)
+        turned_a, turned_b = _share(zone_angle[a], angle[a], extension_a), _share(zone_angle[a], angle[b], extension_b)
         out[a] = np.where(travels_a, r / np.where(travels_a, length[a], 1.0), turned_a)
         into[b] = np.where(travels_b, r / np.where(travels_b, length[b], 1.0), turned_b)
     # One zone for all where place and orientation cannot be told apart: joint corners, and a tool that changes.
@@ -91,13 +91,13 @@ def plan_corners(robot: Robot, moves: tuple[Move, ...], curves: Curves) -> Corne
     return Corners(before, after, before_turn, after_turn, stop)
 
 
-def _share(zone_angle: Array, angle: Array, more: Array) -> Array:
+def _share(zone_angle: Array, angle: Array, extension: Array) -> Array:
     """Fraction (k,), 1/2 at most, of a turn by ``angle`` (k,) [rad] in a zone of ``zone_angle`` (k,) [rad].
 
     Args:
-        more: (k,) fraction by which the smoothing lengthens it.
+        extension: (k,) fraction by which the smoothing lengthens it.
     """
-    return np.minimum(0.5, np.maximum(zone_angle, 1e-3) / np.maximum(angle, 1e-9) + more)
+    return np.minimum(0.5, np.maximum(zone_angle, 1e-3) / np.maximum(angle, 1e-9) + extension)
 
 
 def _smoothing(robot: Robot, moves: tuple[Move, ...], curves: Curves, a: Index) -> tuple[Array, Array, Array]:
@@ -118,8 +118,8 @@ def _smoothing(robot: Robot, moves: tuple[Move, ...], curves: Curves, a: Index) 
     travel = [curves.length[a] / before[1], curves.length[b] / after[1]]
     both = (curves.length[a] > _IN_PLACE) & (curves.length[b] > _IN_PLACE)
     speed = np.where(both, np.minimum(*travel), np.maximum(*travel))
-    takes = [of[1] * np.where(both, own / np.maximum(speed, 1e-12), 1.0)
-             for of, own in zip((before, after), travel, strict=True)]  # fmt: skip
+    takes = [of[1] * np.where(both, duration / np.maximum(speed, 1e-12), 1.0)
+             for of, duration in zip((before, after), travel, strict=True)]  # fmt: skip
     change = after[0] / takes[1][:, None] - before[0] / takes[0][:, None]
     share = np.abs(change) / robot.acceleration
     if robot.drives is not None:
@@ -141,7 +141,7 @@ def _joint_speeds(robot: Robot, moves: tuple[Move, ...], curves: Curves, i: Inde
     Args:
         u: end of the moves at which they are taken: 0 start, 1 goal.
     """
-    step = _ASIDE if u == 0.0 else -_ASIDE
+    step = _STEP if u == 0.0 else -_STEP
     poses = []
     for fraction in (np.full(len(i), u), np.full(len(i), u + step)):
         mounts = curves.mounts_at(i, curves.axes_at(i, fraction))

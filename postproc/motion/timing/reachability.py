@@ -118,10 +118,10 @@ class Reachability:
         K[-1] = low, high
         for i in range(len(self.step) - 1, -1, -1):
             step = self.step[i]
-            rest = low <= 0.0 and self.may_stop[i]
+            standstill = low <= 0.0 and self.may_stop[i]
             below, above = self._crossing(i, 1 / step, low / step, high / step)
             low, high = max(below, self.low[i], 0.0), min(above, self.high[i])
-            if rest:
+            if standstill:
                 low = 0.0
             if low > high:
                 if low > high + _LOOSE * max(1.0, abs(low)):

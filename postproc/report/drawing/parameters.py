@@ -78,8 +78,8 @@ def parameter_chart(drawn: Sequence[DrawnParameter]) -> str:
             kind = "axis" if one.determined else "axis open"
             far = "" if abs(one.at) <= REACH else f", {one.at:+.0f} deviations of the prior"
             width = f"{100 * one.share:.0f} %" if one.share >= 0.005 else "under 1 %"
-            told = f"{far}; {width} of the prior's width" if one.determined else "; not told by these rows"
-            value = f"{one.text}{told}"
+            note = f"{far}; {width} of the prior's width" if one.determined else "; not told by these rows"
+            value = f"{one.text}{note}"
             marks = f'{band}<i class="interval" style="{_span(one.low, one.high)}"></i>'
             marks += f'<i class="estimate" style="left: {_place(one.at):.1f}%"></i>'
             label = escape(f"{one.name}: {value}")
@@ -115,9 +115,9 @@ def correlated_pairs(fit: Fit, words: Words, first: Sequence[str]) -> list[tuple
     pairs = [(i, j) for i, j in zip(*np.triu_indices(len(names), 1), strict=True) if abs(rho[i, j]) >= STRONG]
     pairs = [(i, j) for i, j in pairs if names[i] in shown and names[j] in shown]
     pairs.sort(key=lambda p: (not {names[p[0]][0], names[p[1]][0]} & set(first), -abs(rho[p])))
-    told = {True: "their difference is told better than each", False: "their sum is told better than each"}
+    wording = {True: "their difference is told better than each", False: "their sum is told better than each"}
     chosen = [(shown[names[i]], shown[names[j]], float(rho[i, j])) for i, j in pairs[:MOST_PAIRS]]
-    return [(one, other, f"{r:+.2f}", told[r > 0]) for one, other, r in chosen]
+    return [(one, other, f"{r:+.2f}", wording[r > 0]) for one, other, r in chosen]
 
 
 def correlation_map(fit: Fit, words: Words) -> str:
