@@ -60,17 +60,21 @@ def _every(name: str, folders: dict[str, Path], words: list[str]) -> int:
     log = folders.get("--sarif") if name != "diff" else None
     check_outputs([*programs, *_below(folders.get("--programs")), *_below(folders.get("--approved"))], log)
     logs: list[dict[str, Any]] = []
-    code, form = 0, [] if log is None else ["--format", "sarif"]
+    codes, form = list[int](), [] if log is None else ["--format", "sarif"]
     for command in commands:
         printed = io.StringIO()
         with nullcontext() if log is None else redirect_stdout(printed):
-            code = max(code, run(build(), [*command, *options, *form]))
+            codes.append(run(build(), [*command, *options, *form]))
         logs += [json.loads(printed.getvalue())] if printed.getvalue() else []
     if logs and log is not None:
         from postproc.report.sarif import merged
 
         write(log, json.dumps(merged(logs), indent=1) + "\n")
-    return code
+    red = [program.as_posix() for program, code in zip(programs, codes, strict=True) if code]
+    if name == "check":
+        named = f": {', '.join(red)}; approve with `postproc batch`, or `compensate PROGRAM -o APPROVED`" if red else ""
+        say(f"{len(red)} of {len(programs)} programs are not as approved{named}")
+    return max(codes)
 
 
 def _in_folder(folders: dict[str, Path]) -> list[Path]:

@@ -166,10 +166,10 @@ def _unread(fit: Fit) -> Iterator[Diagnostic]:
 def _scarce(fit: Fit) -> list[Diagnostic]:
     """Return DAT016 where the held-out rms is at least three times the rms of the fitted rows: too few poses.
 
-    Of a drafted effect no row is held out.
+    Of a drafted effect no row is held out. Few readings are fitted with the priors, which hold what they do not tell.
     """
     poses = int(fit.data.repeats.max()) + 1
-    if fit.unnamed or fit.held_out_rms < SCARCE * fit.rms or not fit.parameters:
+    if fit.unnamed or fit.problem.few or fit.held_out_rms < SCARCE * fit.rms or not fit.parameters:
         return []
     unit = fit.observed.unit
     message = (

@@ -71,9 +71,11 @@ def program_certificate(
         result = words[seam["kept"] and not seam["left"]]
         seams.append((seam["name"], lines, length, *fell, f"{tolerance:g}", seam["left"], result))
     path: list[Row] = []
+    shown = "kept" if verdict(document) == "kept" else "in the model"
     for row in document["figures"]:
         limit, fell = row["tolerance_mm"], _fall(row["before_mm"], row["after_mm"], digits)
-        required = ("", "") if limit is None else (f"{limit:g}", words[row["after_mm"] <= limit])
+        result = "not kept" if limit is not None and row["after_mm"] > limit else shown
+        required = ("", "") if limit is None else (f"{limit:g}", result)
         expected = range_text(row["expected_on_arm_mm"], digits)
         path.append((CLAUSES[row["place"]], *fell, expected, *required))
     if drawn := document["from_programmed_path"]:

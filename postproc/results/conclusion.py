@@ -104,6 +104,8 @@ def _how_sure(values: Values, findings: Iterable[Diagnostic], accuracy: Accuracy
         return [f"{text[0].upper()}{text[1:]}."]
     size = f"{known['within_95_percent_mm']:.{decimals(values)}f} mm"
     sure = f"At the least certain target the fitted model itself is sure to {size} (95 %)."
+    if known["beyond_range"]:
+        return [sure, "The program leaves the range that was measured: what is expected there is a guess."]
     return [sure, *(_undetermined(accuracy) if accuracy else [])]
 
 

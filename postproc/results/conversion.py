@@ -91,6 +91,7 @@ def conversion_values(conversion: Conversion) -> dict[str, Any]:
         "sigma_mm": _mm(accuracy.sigma),
         "within_95_percent_mm": _mm(accuracy.within_95),
         "link_weights_mm": _mm(accuracy.by_weights),
+        "beyond_range": list(accuracy.beyond),
         "sigma_parts_mm": _lengths(("parameters", "unexplained"), accuracy.parts)
         | {"noise": model.fit.get("noise_mm")},
     }

@@ -17,7 +17,8 @@ def verdict(values: Values) -> Verdict:
     """Return whether the tolerance is kept.
 
     In the model it is where each seam keeps it and is corrected whole, without welds where lines and arcs do; on the
-    arm where also the model was fitted and the upper end of what is expected there is within it.
+    arm where also the model was fitted, the program stays in the measured range, and the upper end of what is expected
+    is within it.
 
     Args:
         values: the document of a conversion, without its ``verdict``.
@@ -29,7 +30,8 @@ def verdict(values: Values) -> Verdict:
     if not all(within) or values["unproved_statements"]:
         return "not_kept"
     expected = values["expected_on_arm_mm"]
-    known = values["expected_accuracy"] is not None and expected is not None and expected[1] <= tolerance
+    accuracy = values["expected_accuracy"]
+    known = accuracy is not None and not accuracy["beyond_range"] and expected is not None and expected[1] <= tolerance
     return "kept" if known else "not_shown"
 
 

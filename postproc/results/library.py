@@ -18,7 +18,8 @@ from postproc.robot.arm import Robot
 
 def robots_document(robots: Sequence[Robot]) -> Document:
     """Describe the arms of the library."""
-    rows = [(robot.name, f"stiffness {robot.stiffness_source or 'unknown'}", _use(robot)) for robot in robots]
+    known = [f"stiffness of the type {robot.stiffness_source or 'unknown'}" for robot in robots]
+    rows = [(robot.name, stiffness, _use(robot)) for robot, stiffness in zip(robots, known, strict=True)]
     return Document(
         title="postproc robots list",
         values={"schema": "postproc/robots/1", "robots": [_robot_values(robot) for robot in robots]},

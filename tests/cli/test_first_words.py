@@ -21,7 +21,7 @@ FITTED = (
     + effect("joint_compliance", "compliance_rad_per_Nm = [4e-6, 4e-7, 3e-7, 2e-6, 2e-6, 3e-6]")
     + '[fit]\nparameters = ["joint_compliance.compliance_rad_per_Nm[1]"]\ncovariance = [[1.6e-15]]\nunexplained_mm = 0.04\n'
 )
-STIFFNESS = "he stiffness of this arm is not measured: with that of its type {} to {} % of its deflection remain"
+STIFFNESS = "he stiffness of this arm is not measured: with that of its type {} to {} % of its own deflection remain"
 READINGS = "12 readings with a dial gauge leave about {} to {} %: `postproc plan irb4600_40_255 -n 6 --kind gauge --load KG --pull 100`"
 
 

@@ -145,7 +145,7 @@ def test_an_estimated_stiffness_says_what_it_means() -> None:
     least, most = estimate.report["expected_remaining_fraction_after_gauge"]
     assert 0.0 < least < low < 0.5 < most < high
     sentence = (
-        f"the stiffness of this arm is not measured: with that of its type {100 * low:.0f} to {100 * high:.0f} % of its deflection"
+        f"the stiffness of this arm is not measured: with that of its type {100 * low:.0f} to {100 * high:.0f} % of its own deflection"
         " remain"
     )
     plan = "`postproc plan irb4600_40_255 -n 6 --kind gauge --load KG --pull 100`"

@@ -41,6 +41,7 @@ class Accuracy:
         interval_in_air: the same at the worst target of all.
         by_weights: the part of ``within_95`` by the weights of the links, which are estimates for most arms.
         undetermined: the part of it by parameters that no row determines, None where the rows determine all.
+        beyond: clauses on channels in which targets leave the measured range, where all of this is a guess.
     """
 
     sigma: float
@@ -50,6 +51,7 @@ class Accuracy:
     interval_in_air: tuple[float, float]
     by_weights: float = 0.0
     undetermined: Undetermined | None = None
+    beyond: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +110,7 @@ def remaining_deflection(values: Mapping[str, Any]) -> tuple[str, str]:
     if remaining is None:
         return "", ""
     text = "the stiffness of this arm is not measured: with that of its type "
-    text += f"{percent_range(remaining)} of its deflection remain"
+    text += f"{percent_range(remaining)} of its own deflection remain"
     if after is None or after[1] > WORTH * remaining[1]:
         return text, "`postproc plan` says what to measure"
     plan = f"`postproc plan {values['robot']} -n {GAUGE_READINGS // 2} --kind gauge --load KG --pull {PULL_N:g}`"
@@ -125,8 +127,8 @@ def _expect_accuracy(
     """
     text = "the program leaves the range in which the model was measured: "
     help_ = "measure poses there too (`postproc plan`), or take the expected accuracy as a guess"
-    beyond = [text + span.text for span in beyond_range(model, at_goals)]
-    findings = [Diagnostic("CMP010", "warning", words, source, help=help_) for words in beyond]
+    beyond = tuple(span.text for span in beyond_range(model, at_goals))
+    findings = [Diagnostic("CMP010", "warning", text + words, source, help=help_) for words in beyond]
     findings += _local_effects(model, at_goals, source)
     parts = np.array(sigma_parts(model, at_goals, instrument=False))
     sigma, known = np.hypot(*parts), read_uncertainty(model)
@@ -144,7 +146,7 @@ def _expect_accuracy(
     ends = np.quantile(np.sqrt(normal_draws(3) ** 2 @ square.T), QUANTILES, axis=0).T
     (low, high), (low_in_air, high_in_air) = ends.tolist()
     intervals = (low, high), (low_in_air, high_in_air)
-    return Accuracy(*sizes, (by_parameters, unexplained), *intervals, by_weights, undetermined), findings
+    return Accuracy(*sizes, (by_parameters, unexplained), *intervals, by_weights, undetermined, beyond), findings
 
 
 def _without_link_masses(model: Model) -> Model:
