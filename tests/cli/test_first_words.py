@@ -65,7 +65,7 @@ def test_the_same_figures_lead_in_all_that_is_written(call_as_written: Call, tmp
     for words in (f"expected on the arm, while the arc burns {text} ", f"before, while the arc burns {before} mm ",
                   f"after in the model, while the arc burns {after} mm "):  # fmt: skip
         assert words in words_of(page)
-    assert f"while the arc burns {before} {after} {text.removesuffix(' mm')} 0.1 kept" in words_of(certificate)
+    assert f"while the arc burns {before} {after} {text.removesuffix(' mm')} 0.1 in the model" in words_of(certificate)
     stiffness = document["expected_remaining_fraction"]
     if arm == "type":
         shares = STIFFNESS.format(*(f"{100 * x:.0f}" for x in stiffness))

@@ -185,7 +185,7 @@ def test_the_tool_of_the_drawn_arm_is_on_the_path_of_a_moving_cell(case: Case) -
 
 
 def fitted(within: float) -> dict[str, Any]:
-    known = {"within_95_percent_mm": within}
+    known = {"within_95_percent_mm": within, "beyond_range": []}
     sure = {"expected_accuracy": known, "expected_remaining_fraction": None}
     return {**sure, "expected_on_arm_mm": [0.1 * within, within]}
 
