@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,20 +106,20 @@ class Objective:
     """The sum (x - x_0)^T G (x - x_0) - 2 b^T (x - x_0) + `Prior.cost`, least at the likeliest parameters x.
 
     Args:
-        columns: (N, p) whitened derivatives A of the prediction by the parameters.
         gram: (p, p) G. pull: (p,) b. start: (p,) x_0. prior: m, S and which parameters are positive.
+        columns: (N, p) whitened derivatives of the prediction by the parameters; none where nobody asks for them.
     """
 
-    columns: Array
     gram: Array
     pull: Array
     start: Array
     prior: Prior
+    columns: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     def subset(self, index: NDArray[np.int_]) -> Objective:
         """Return the objective of some of the parameters, by their indices."""
         gram, prior = self.gram[np.ix_(index, index)], self.prior.some(index)
-        return Objective(self.columns[:, index], gram, self.pull[index], self.start[index], prior)
+        return Objective(gram, self.pull[index], self.start[index], prior, self.columns[:, index])
 
     def curvature(self, unit: Array, weight: Array) -> Array:
         """Return (p, p) half the second derivative by parameters in some units (p,), for the weights (p,) of priors."""
@@ -172,7 +172,7 @@ def objective_of(fit: Solution, names: Sequence[Name], count: int, scatter: floa
     columns = _columns(fit, names)
     gram = (columns.T @ columns + np.diag(penalty**2)) / scatter
     pull = (columns.T @ fit.problem.residual - penalty**2 * start) / scatter
-    return Objective(columns, gram, pull, start, prior)
+    return Objective(gram, pull, start, prior, columns)
 
 
 def _visible(

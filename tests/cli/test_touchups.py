@@ -44,7 +44,7 @@ def test_a_table_is_fitted_as_it_is_and_the_touched_program_is_not_compensated(
     fitted = call("fit", "t.csv", *ARM, "-o", "m.toml")
     assert fitted.code == 0 and "tool_frame" not in tomllib.loads(Path("m.toml").read_text("utf-8"))["effects"]
     assert tomllib.loads(Path("m.toml").read_text("utf-8"))["fit"]["touched_sha256"] == [digest]
-    assert call("diagnose", "m.toml", "t.csv").out.splitlines()[1] == "verdict complete"
+    assert call("diagnose", "m.toml", "t.csv").out.startswith("Nothing is missing")
     assert call("compensate", drawn, "-m", "m.toml", "-o", "out.mod").code == 0
     refused = call("compensate", touched, "-m", "m.toml", "-o", "twice.mod")
     assert (refused.code, Path("twice.mod").exists()) == (1, False) and "error[CMP028]" in refused.err

@@ -23,7 +23,8 @@ def test_the_generated_page_has_a_section_for_each_effect():
 
 
 @pytest.mark.parametrize(
-    ("page", "keys"), [("docs/effects.md", ["gear_step", "loose_tool"]), ("CONTRIBUTING.md", ["gear_step"])]
+    ("page", "keys"),
+    [("docs/effects.md", ["gear_step", "base_lean", "loose_tool"]), ("CONTRIBUTING.md", ["gear_step"])],
 )
 def test_the_effects_shown_on_the_page_pass_the_kit(page, keys, tmp_path):
     for key, code in zip(keys, shown(page, "python"), strict=True):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -53,7 +52,7 @@ from postproc.identification.curves.functions import (
     sways,
     waves,
 )
-from postproc.identification.curves.prior import APART, UNNAMED_LOG_PRIOR, odds, sort_of_place
+from postproc.identification.curves.prior import APART, UNNAMED_LOG_PRIOR, odds, rarity, sort_of_place
 from postproc.identification.curves.signal import TABLE, Signal, added, channel_signal
 from postproc.measure.read.channels import MOST_LEVELS
 
@@ -77,11 +76,11 @@ class CurveForms:
     slow: frozenset[str] = frozenset()
 
     @cached_property
-    def kinds(self) -> Mapping[str, int]:
-        """Number of curves of each kind, by kind."""
-        counts = Counter[str](p.kind for p in self.wide)
-        for some in self.blocks:
-            counts[some.like.kind] += len(some)
+    def kinds(self) -> Mapping[str, float]:
+        """Number of curves of each kind, by kind; those of the size of a signal count less (`rarity`)."""
+        counts: dict[str, float] = {}
+        for form, count in [*((p, 1) for p in self.wide), *((b.like, len(b)) for b in self.blocks)]:
+            counts[form.kind] = counts.get(form.kind, 0.0) + count / rarity(form)
         return counts
 
     @cached_property

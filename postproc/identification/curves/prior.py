@@ -46,15 +46,20 @@ def sort_of_place(where: str) -> str:
     return where if where in (FRAMES[0], LEANS) else where.partition(",")[0].rstrip(" 123456")
 
 
-def odds(pattern: CurveForm, kinds: Mapping[str, int]) -> float:
+def rarity(pattern: CurveForm) -> float:
+    """Return how many times less likely a curve is than others of its kind, as it follows the size of a signal."""
+    return float(FOLDED ** sum(signal.folded for signal in pattern.signals))
+
+
+def odds(pattern: CurveForm, kinds: Mapping[str, float]) -> float:
     """Return the prior odds against a curve at a place: how many equally likely pairs of curve and place there are.
 
     Every kind of curve is as likely, within a kind every curve of signals that keep their sign, and for a curve every
     place where it makes sense.
 
     Args:
-        kinds: number of curves of each kind.
+        kinds: number of curves of each kind, those that are less likely counted as parts.
     """
     closer = CLOSER ** len(pattern.numbers) if pattern.level else 1.0
-    folded = FOLDED ** sum(signal.folded for signal in pattern.signals)
-    return len(kinds) * kinds.get(pattern.kind, 1) * pattern.tries * closer * folded * ROOMS.get(pattern.where, 1)
+    of_kind = kinds.get(pattern.kind, 1.0) * rarity(pattern)
+    return len(kinds) * of_kind * pattern.tries * closer * ROOMS.get(pattern.where, 1)
