@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -116,7 +117,9 @@ LAWS = {
 def test_a_law_is_told_and_stands_in_the_effect_that_goes_into_the_model(said):
     law, columns = LAWS[said]
     found = hidden(law, forms(**columns))
-    assert found.where == "joint 4" and found.pattern.startswith(said)
+    # The order of pulses stands between two rows of data: processors differ in its third digit.
+    sentence = re.sub(r"(?<=^pulses )[\d.]+", lambda number: f"{float(number[0]):.2g}", found.pattern)
+    assert found.where == "joint 4" and sentence.startswith(said)
     effect = found.effect(Site(), np.ones(found.values.reshape(N, -1).shape[1]))
     turned = displacement_of(effect, in_order(effect_channels(effect), table(**columns))).joint[:, 3]
     if found.values.ndim == 1:

@@ -25,8 +25,8 @@ STEEPEST = 0.05
 thousandths; what is steeper is chance, and carries a target off when the coordinate is another."""
 
 SLOPE_DECIMALS = 7  # at most, of what a displacement adds by unit of a number that may go into the thousands
-ROUNDING = 2e-4
-"""Of an offset [mm], by the decimals of its coefficients: less than half of the last decimal of a target."""
+ROUNDING = 1e-4
+"""Of an offset [mm], by the decimals of one coefficient: a tenth of the last decimal of a target."""
 
 Regressors = Mapping[str, float]
 
