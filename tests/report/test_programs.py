@@ -184,8 +184,8 @@ def test_the_tool_of_the_drawn_arm_is_on_the_path_of_a_moving_cell(case: Case) -
         assert base[i] @ tip == pytest.approx(places["p"][i], abs=1e-3)
 
 
-def fitted(within: float) -> dict[str, Any]:
-    known = {"within_95_percent_mm": within, "beyond_range": []}
+def fitted(within: float, *beyond: str) -> dict[str, Any]:
+    known = {"within_95_percent_mm": within, "beyond_range": list(beyond)}
     sure = {"expected_accuracy": known, "expected_remaining_fraction": None}
     return {**sure, "expected_on_arm_mm": [0.1 * within, within]}
 
@@ -194,6 +194,7 @@ VERDICTS = [
     ({}, {}, Verdict.NOT_SHOWN),
     (fitted(0.005), {}, Verdict.KEPT),
     (fitted(0.05), {}, Verdict.NOT_SHOWN),
+    (fitted(0.005, "joint 3 reaches 54.4 deg, measured from -166.3 to 48.2"), {}, Verdict.NOT_SHOWN),
     (fitted(0.005), {"kept": False}, Verdict.NOT_KEPT),
     (fitted(0.005), {"kept": False, "after_mm": None}, Verdict.NOT_KEPT),
     (fitted(0.005), {"left": 1}, Verdict.NOT_KEPT),
