@@ -43,7 +43,7 @@ from postproc.rapid.syntax.spans import Edit
 from postproc.render.header import render_outputs
 from postproc.render.module import change_edits, function_edits, insertion_edits, render_text
 from postproc.render.templates import environment
-from postproc.results.conversion import conversion_values
+from postproc.results.convert.conversion import conversion_values
 from postproc.robot.cells.station import Station
 from postproc.watch import Watch, unwatched
 

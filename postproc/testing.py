@@ -43,7 +43,7 @@ def assert_same_program(approved: str | Path, produced: str | Path, tolerance_mm
     """
     from postproc.rapid.diff.compare import compare_programs
     from postproc.report.terminal import render_text
-    from postproc.results.difference import difference_document
+    from postproc.results.convert.difference import difference_document
 
     for path in (approved, produced):
         if not Path(path).is_file():

@@ -95,9 +95,10 @@ FLOORS = {
         "registry",
     ),
     "measure": ("observations", "measurements", "alignment", "trajectory", "read"),
-    "estimation": ("problem", "linear", "solution", "residual_split", "fitted", "recorded", "findings"),
+    "estimation": ("problem", "linear", "solution", "validation", "fitted", "recorded", "findings"),
     "identification": ("curves", "screen", "acceptance", "state", "search", "diagnosis"),
     "channels": ("state", "memory", "tool", "sight", "expression", "units"),
+    "results": ("wording", "convert", "improve", "certificate"),
     "report": ("blocks", "document", "drawing", "page"),
     "runtime": ("conditions", "tables", "module", "proof", "written", "programs", "passes"),
 }

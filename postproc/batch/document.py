@@ -12,8 +12,8 @@ from postproc.diagnostics import Finding, Matter
 from postproc.grouping import grouped
 from postproc.numbers import fixed, on_arm_text, range_text
 from postproc.report.blocks import DataTable, Document, Figure, Scene, Section, Values, View, attributes
-from postproc.results.conversion import CORRECTED, made_section, unknown_accuracy
-from postproc.results.figures import decimals, main_figure
+from postproc.results.convert.conversion import CORRECTED, made_section, unknown_accuracy
+from postproc.results.convert.figures import decimals, main_figure
 
 MOST_SHOWN = 40
 """Programs that a terminal prints where not all are asked for."""

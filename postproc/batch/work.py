@@ -70,7 +70,7 @@ def convert(job: Job) -> tuple[TaskRecord, Mapping[str, bytes]]:
             files[module_place(job.name, tuple(done.outputs), job.options.run_time_module)] = done.module
         if job.page is not None and done.plan is not None:
             from postproc.report.page import render_page
-            from postproc.results.conversion import conversion_document
+            from postproc.results.convert.conversion import conversion_document
 
             page = render_page(conversion_document(job.name, done, job.made))
             files[job.page] = page.encode("utf-8", "replace")

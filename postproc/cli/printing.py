@@ -139,7 +139,7 @@ def print_document(document: Mapping[str, Any], form: str = "json", root: Path =
     """
     if form == "sarif":
         from postproc.report.sarif import sarif
-        from postproc.results.figures import weld_notes
+        from postproc.results.convert.figures import weld_notes
 
         parts = [document, *document.get("tasks", ())]  # of a batch, also those of its tasks
         findings = [finding for part in parts for finding in (*part.get("diagnostics", ()), *weld_notes(part))]

@@ -18,7 +18,7 @@ from postproc.compensation.plan import CorrectionPlan
 from postproc.compensation.text.values import StatementOutcome
 from postproc.diagnostics import Diagnostic, has_errors
 from postproc.model.arm import Model
-from postproc.model.scatter import Scatter
+from postproc.model.uncertainty.scatter import Scatter
 from postproc.motion.timing.jerk_limited import LimitReport
 from postproc.numbers import decimals_of, mm
 from postproc.rapid.data.events import MotionEvent, StatementKey

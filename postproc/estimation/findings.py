@@ -20,8 +20,8 @@ from postproc.measure.errors import CHANCE, DOUBTFUL_CHANCE, chance_of_excess, d
 from postproc.measure.measurements import Measurements
 from postproc.measure.trajectory import is_record
 from postproc.model.arm import Model
-from postproc.model.scatter import NORMAL_95
-from postproc.model.uncertainty import parameter_name, predict_sigma
+from postproc.model.uncertainty.prediction import parameter_name, predict_sigma
+from postproc.model.uncertainty.scatter import NORMAL_95
 from postproc.numbers import mm
 
 SCARCE = 3.0

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.effects.roles import Role
 from postproc.estimation.posterior import Posterior, posterior_of
-from postproc.estimation.regions import Regions
-from postproc.estimation.residual_split import ResidualSplit, split_residual
 from postproc.estimation.solution import Solution
+from postproc.estimation.validation.regions import Regions
+from postproc.estimation.validation.residual_split import ResidualSplit, split_residual
 from postproc.measure.checks.repeats import Noise
 from postproc.measure.errors import rms
 

@@ -17,7 +17,7 @@ from postproc.estimation.solution import Solution
 from postproc.estimation.solving.step import Name
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
-from postproc.model.uncertainty import derivatives
+from postproc.model.uncertainty.prediction import derivatives
 from postproc.robot.kinematics import skew
 
 POSES_IN_RANGE = 100

@@ -15,8 +15,8 @@ from postproc.effects.roles import Role
 from postproc.effects.similarity import ordinary_sizes
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model, StatedPrior
-from postproc.model.scatter import NORMAL_95, stiffness_factors
-from postproc.model.uncertainty import read_uncertainty
+from postproc.model.uncertainty.prediction import read_uncertainty
+from postproc.model.uncertainty.scatter import NORMAL_95, stiffness_factors
 
 UNDETERMINED_SHARE = 0.7
 """Share of its prior deviation above which a parameter was not determined: rows have said less than half of it."""

@@ -20,8 +20,8 @@ from postproc.measure.consensus import agreement
 from postproc.measure.errors import distances
 from postproc.measure.measurements import FEWEST_ROWS_JUDGED
 from postproc.model.arm import Model
-from postproc.model.scatter import scatter_covariance, scatter_of, spring_covariance
-from postproc.model.uncertainty import Uncertainty, parameter_name, range_table, uncertainty_table
+from postproc.model.uncertainty.prediction import Uncertainty, parameter_name, range_table, uncertainty_table
+from postproc.model.uncertainty.scatter import scatter_covariance, scatter_of, spring_covariance
 from postproc.numbers import mm
 
 FARTHER, LEAST_M = 1.2, 5e-5

@@ -13,7 +13,7 @@ from postproc.diagnostics import Diagnostic
 from postproc.estimation.findings import larger_noise, outlying_rows
 from postproc.estimation.fitted import Fit
 from postproc.estimation.problem import weighed_by
-from postproc.estimation.regions import Regions
+from postproc.estimation.validation.regions import Regions
 from postproc.identification.screen.candidate import Candidate
 from postproc.identification.screen.suspects import Suspect
 from postproc.measure.checks.repeats import scatters

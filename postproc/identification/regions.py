@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from postproc.effects.roles import Role
 from postproc.estimation.fitted import Fit
-from postproc.estimation.lacking import lacking_field
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.linear import Linear
-from postproc.estimation.regions import HeldOutRegion, judged_by_regions, parts_of_range
 from postproc.estimation.solving.settle import settled
 from postproc.estimation.solving.solve import ROUGHLY, Terms
+from postproc.estimation.validation.lacking import lacking_field
+from postproc.estimation.validation.regions import HeldOutRegion, judged_by_regions, parts_of_range
 from postproc.identification.curves.families import curve_forms
 from postproc.identification.search import with_curves_anew
 from postproc.identification.state import SearchState

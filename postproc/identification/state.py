@@ -14,8 +14,8 @@ from postproc.effects.roles import Role
 from postproc.estimation.evidence import schwarz
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
-from postproc.estimation.residual_split import SLOW
 from postproc.estimation.solving.solve import ROUGHLY, Terms
+from postproc.estimation.validation.residual_split import SLOW
 from postproc.identification.acceptance import convincing, ranking
 from postproc.identification.curves.families import CurveForms
 from postproc.identification.curves.prior import UNNAMED_LOG_PRIOR

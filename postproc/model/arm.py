@@ -14,9 +14,9 @@ from postproc.arrays import Array, gravity_in, invert
 from postproc.channels.state import State
 from postproc.effects.base import Effect
 from postproc.effects.roles import Role
-from postproc.model.field import Field
 from postproc.model.multibody import Multibody
 from postproc.model.pinocchio_bodies import PinocchioBodies
+from postproc.model.uncertainty.field import Field
 from postproc.robot.arm import Robot
 from postproc.robot.cells.cell import LETTERS
 from postproc.robot.cells.station import Station

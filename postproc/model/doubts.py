@@ -14,7 +14,7 @@ from postproc.effects.asking import load_of
 from postproc.effects.base import Effect
 from postproc.model.arm import Model
 from postproc.model.equilibrium import equilibrium
-from postproc.model.uncertainty import read_uncertainty
+from postproc.model.uncertainty.prediction import read_uncertainty
 
 SURE_SIGMAS = 2.0
 """Standard deviations by which a fitted value is below the least that an arm has before that is more than chance."""

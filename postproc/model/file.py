@@ -19,8 +19,8 @@ from postproc.effects.roles import Role
 from postproc.files import read_source
 from postproc.model.arm import Model, StatedPrior
 from postproc.model.doubts import doubts
-from postproc.model.field import Field as MeasuredRows
-from postproc.model.uncertainty import stated_covariance, unpack_correlation
+from postproc.model.uncertainty.field import Field as MeasuredRows
+from postproc.model.uncertainty.prediction import stated_covariance, unpack_correlation
 from postproc.numbers import read_number
 from postproc.robot.arm import Robot
 from postproc.robot.catalogue import list_robots, load_robot

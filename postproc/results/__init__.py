@@ -1,8 +1,6 @@
 """What each result says: its values and its blocks, decided once; `postproc/report` draws them.
 
-A file each: `conversion` of a program with its `figures` and `conclusion`, `inspection`, `difference` of programs and
-of folders; `fit`, `comparison`, `diagnosis` (with its `sentences`), `addition`, `plan`, `first_plan`, `touchups`;
-`certificate` is to be signed, and states what it rests on (`provenance`); `library` of arms and effects,
-`work_objects`. `wording` of fitted numbers. That of a batch stands in `postproc/batch`, that of a module for run time
-in `postproc/runtime`.
+`convert` for programs, `improve` for models, `certificate` to be signed and what it rests on (`provenance`), `library`
+of arms and effects; `wording` of fitted numbers. What a batch says stands in `postproc/batch`, what a module for run
+time says in `postproc/runtime`.
 """

@@ -12,9 +12,9 @@ from postproc.diagnostics import Source
 from postproc.identification.compare import Comparison
 from postproc.numbers import fixed, range_text
 from postproc.report.blocks import DataTable, Document, Figure, Section, Values, plain
-from postproc.results.comparison import comparison_document, iso_figures
-from postproc.results.conclusion import conclusion
-from postproc.results.figures import decimals, verdict
+from postproc.results.convert.conclusion import conclusion
+from postproc.results.convert.figures import decimals, verdict
+from postproc.results.improve.comparison import comparison_document, iso_figures
 from postproc.results.provenance import compared_rows, hashes, issued, rows_of_fit, versions
 
 COMPUTED = (

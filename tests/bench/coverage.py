@@ -19,7 +19,7 @@ from postproc.identification.add import add_effects
 from postproc.identification.diagnose import diagnose
 from postproc.measure.measurements import Measurements
 from postproc.model.equilibrium import predict
-from postproc.model.uncertainty import predict_sigma
+from postproc.model.uncertainty.prediction import predict_sigma
 from tests.identification.cells import base_fit, cell, true_compliance
 from tests.independent import library_effects as kinds
 

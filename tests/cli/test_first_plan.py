@@ -12,7 +12,7 @@ import pytest
 from postproc.identification.planning.standing import can_work, random_postures, working_box
 from postproc.model.arm import Model
 from postproc.model.file import read_model
-from postproc.model.scatter import spring_covariance
+from postproc.model.uncertainty.scatter import spring_covariance
 from postproc.robot.catalogue import load_robot
 from tests.cli.conftest import Call
 from tests.identification.test_first_plan import TOOL, changes

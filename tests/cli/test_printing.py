@@ -27,7 +27,7 @@ from postproc.model.file import default_model
 from postproc.report.blocks import Document
 from postproc.report.page import render_page
 from postproc.report.terminal import render_text
-from postproc.results.conversion import unknown_accuracy
+from postproc.results.convert.conversion import unknown_accuracy
 from postproc.runtime.passes import correct_program
 from postproc.tasks.task import Task
 

@@ -18,14 +18,14 @@ from postproc.diagnostics import PostprocError
 from postproc.effects.library.joints.joint_compliance import JointCompliance
 from postproc.effects.library.joints.joint_offset import JointOffset
 from postproc.model.arm import Model
-from postproc.model.field import Field
 from postproc.model.file import default_model
+from postproc.model.uncertainty.field import Field
 from postproc.rapid.data.pose import pose_mult
 from postproc.rapid.data.records import Pose
 from postproc.rapid.motions.units import pose_matrix
 from postproc.report.page import render_certificate, render_page
 from postproc.results.certificate import Verdict, program_certificate
-from postproc.results.conversion import conversion_document
+from postproc.results.convert.conversion import conversion_document
 from postproc.robot.cells.cell import Cell, CellArm
 from postproc.robot.cells.station import Station
 from postproc.robot.kinematics import forward

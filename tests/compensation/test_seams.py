@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from postproc.compensation.correction.deviation import in_seam_axes
 from postproc.diagnostics import Source
-from postproc.results.conversion import conversion_document
+from postproc.results.convert.conversion import conversion_document
 from tests.build import codes, convert, module, target
 from tests.compensation.build import PROCESS, small
 

@@ -33,8 +33,8 @@ from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
 from postproc.model.file import parse_model
 from postproc.model.rewrite import render_model
-from postproc.model.uncertainty import predict_sigma
-from postproc.results.fit import fit_values
+from postproc.model.uncertainty.prediction import predict_sigma
+from postproc.results.improve.fit import fit_values
 from postproc.robot.catalogue import load_robot
 from tests.build import refused
 from tests.identification.cells import base_fit, cell, true_error

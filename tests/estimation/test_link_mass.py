@@ -11,7 +11,7 @@ from postproc.estimation.fitted import Fit
 from postproc.estimation.link_mass import link_mass_directions
 from postproc.estimation.recorded import recorded_model
 from postproc.model.equilibrium import predict
-from postproc.model.uncertainty import read_uncertainty, sigma_parts
+from postproc.model.uncertainty.prediction import read_uncertainty, sigma_parts
 from postproc.robot.catalogue import load_robot
 from tests.bench.shop.arms import Shop, shop
 from tests.bench.shop.judge import unseen_rows

@@ -16,7 +16,7 @@ from postproc.identification.planning.design import Room
 from postproc.identification.planning.plan import plan_poses
 from postproc.identification.planning.promise import BETWEEN_ROWS, FEWER, Promise, drawn, simulated
 from postproc.model.equilibrium import predict
-from postproc.results.plan import plan_sentence
+from postproc.results.improve.plan import plan_sentence
 from tests.build import refused
 from tests.identification.cells import base_fit, cell
 from tests.independent import library_effects as kinds

@@ -20,9 +20,9 @@ from postproc.model.arm import Model, StatedPrior
 from postproc.model.equilibrium import predict
 from postproc.model.file import default_model, parse_model
 from postproc.model.rewrite import render_model
-from postproc.model.uncertainty import Uncertainty, predict_sigma, uncertainty_table
-from postproc.model.undetermined import undetermined_under_load
-from postproc.results.fit import fit_values
+from postproc.model.uncertainty.prediction import Uncertainty, predict_sigma, uncertainty_table
+from postproc.model.uncertainty.undetermined import undetermined_under_load
+from postproc.results.improve.fit import fit_values
 from postproc.robot.catalogue import load_robot
 from tests.build import refused
 from tests.identification.cells import BASE, base_fit, cell

@@ -18,7 +18,7 @@ from postproc.measure.measurements import Measurements
 from postproc.measure.read.table import read_measurements
 from postproc.measure.read.terms import Reading
 from postproc.model.equilibrium import predict
-from postproc.results.comparison import comparison_values
+from postproc.results.improve.comparison import comparison_values
 from postproc.robot.catalogue import load_robot
 from tests.build import refused
 from tests.identification.cells import base_fit, cell

@@ -9,17 +9,17 @@ import pytest
 
 from postproc.effects.registry import effect_library
 from postproc.estimation.held_out import OPEN, without_block
-from postproc.estimation.lacking import RestrictedLikelihood, lacking_field
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.recorded import recorded_model
-from postproc.estimation.regions import HeldOutRegion, judged_by_regions, parts_of_range
 from postproc.estimation.solving.settle import settled
+from postproc.estimation.validation.lacking import RestrictedLikelihood, lacking_field
+from postproc.estimation.validation.regions import HeldOutRegion, judged_by_regions, parts_of_range
 from postproc.identification.add import add_effects
 from postproc.identification.regions import with_regions
 from postproc.measure.errors import rms
 from postproc.measure.measurements import Measurements
-from postproc.model.field import Field
-from postproc.model.uncertainty import predict_sigma
+from postproc.model.uncertainty.field import Field
+from postproc.model.uncertainty.prediction import predict_sigma
 from tests.identification.cells import base_fit, cell
 from tests.independent import library_effects as kinds
 from tests.independent import unknown_effects as strange

@@ -26,7 +26,7 @@ from postproc.measure.read.table import read_measurements
 from postproc.measure.trajectory import is_record
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
-from postproc.results.fit import fit_values
+from postproc.results.improve.fit import fit_values
 from postproc.robot.catalogue import load_robot
 from postproc.robot.kinematics import forward
 from tests.identification.cells import BASE, base_fit, cell

@@ -17,7 +17,7 @@ from postproc.identification.predict import Prediction, predict_rows
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.table import read_measurements
 from postproc.model.arm import Model
-from postproc.model.uncertainty import derivatives, read_uncertainty
+from postproc.model.uncertainty.prediction import derivatives, read_uncertainty
 from postproc.robot.catalogue import load_robot
 from postproc.robot.pose import transform
 from tests.bench.shop.arms import Shop, shop

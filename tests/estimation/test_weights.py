@@ -20,7 +20,7 @@ from postproc.identification.diagnose import diagnose
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
-from postproc.results.fit import fit_values
+from postproc.results.improve.fit import fit_values
 from postproc.robot.catalogue import load_robot
 from tests.bench.coverage import ARMS
 from tests.identification.cells import BASE, base_fit, cell, true_error

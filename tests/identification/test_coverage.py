@@ -16,8 +16,8 @@ from postproc.estimation.solving.solve import Terms
 from postproc.estimation.solving.step import sizes
 from postproc.measure.measurements import Measurements
 from postproc.model.equilibrium import predict
-from postproc.model.uncertainty import predict_sigma
-from postproc.results.fit import fit_values
+from postproc.model.uncertainty.prediction import predict_sigma
+from postproc.results.improve.fit import fit_values
 from tests.bench.coverage import ARMS, compliances, predictions, single
 from tests.identification.cells import base_fit, cell, true_compliance, true_error
 from tests.independent import library_effects as kinds

@@ -32,11 +32,11 @@ from postproc.identification.joint_curves import curves
 from postproc.identification.planning.plan import plan_poses
 from postproc.identification.predict import PREDICTION_HEADER, predict_rows
 from postproc.measure.errors import rms
-from postproc.results.addition import addition_values
-from postproc.results.comparison import comparison_values
-from postproc.results.diagnosis import diagnosis_values
-from postproc.results.plan import plan_sentence
-from postproc.results.sentences import headline
+from postproc.results.improve.addition import addition_values
+from postproc.results.improve.comparison import comparison_values
+from postproc.results.improve.diagnosis import diagnosis_values
+from postproc.results.improve.plan import plan_sentence
+from postproc.results.improve.sentences import headline
 from tests.bench.coverage import single
 from tests.bench.diagnosis import judge, sets
 from tests.identification.cells import base_fit, cell, hidden_found, true_error

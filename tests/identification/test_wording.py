@@ -26,9 +26,9 @@ from postproc.identification.compare import compare
 from postproc.identification.diagnosis import Diagnosis
 from postproc.identification.screen.candidate import Candidate
 from postproc.measure.observations import observations
-from postproc.results.diagnosis import brief_ranking, suspect_table, verdict_figures
-from postproc.results.fit import effect_values, fit_values
-from postproc.results.sentences import doubts, headline, of_little_worth
+from postproc.results.improve.diagnosis import brief_ranking, suspect_table, verdict_figures
+from postproc.results.improve.fit import effect_values, fit_values
+from postproc.results.improve.sentences import doubts, headline, of_little_worth
 from postproc.results.wording import fitted_values, grouped, in_words, p_text, parameter_rows, parameters_text, place
 from tests.identification.cells import base_fit, cell
 

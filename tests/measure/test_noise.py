@@ -12,7 +12,7 @@ from postproc.measure.checks.repeats import estimate_noise
 from postproc.measure.errors import iso9283
 from postproc.measure.read.table import read_measurements
 from postproc.model.arm import Model
-from postproc.results.comparison import comparison_values
+from postproc.results.improve.comparison import comparison_values
 from tests.measure.tables import ARM, lines, read, repeats, source
 
 

@@ -14,10 +14,10 @@ from postproc.diagnostics import PostprocError, Source
 from postproc.effects.library.joints.joint_offset import JointOffset
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
-from postproc.model.field import COORDINATES, Field
 from postproc.model.file import default_model, parse_model, read_model
 from postproc.model.rewrite import render_model
-from postproc.model.uncertainty import Uncertainty, predict_sigma, uncertainty_table
+from postproc.model.uncertainty.field import COORDINATES, Field
+from postproc.model.uncertainty.prediction import Uncertainty, predict_sigma, uncertainty_table
 from postproc.robot.kinematics import forward
 from tests.model.arms import with_more
 

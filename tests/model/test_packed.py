@@ -11,7 +11,7 @@ from postproc.cli.output import write_model
 from postproc.effects.library.joints.joint_error_map import JointErrorMap
 from postproc.model.arm import Model
 from postproc.model.file import read_model
-from postproc.model.uncertainty import (
+from postproc.model.uncertainty.prediction import (
     Uncertainty,
     pack_correlation,
     read_uncertainty,

@@ -11,7 +11,7 @@ from postproc.model.arm import Model, with_axes
 from postproc.model.equilibrium import predict
 from postproc.model.file import parse_model
 from postproc.model.rewrite import render_model
-from postproc.model.uncertainty import beyond_range, range_table
+from postproc.model.uncertainty.prediction import beyond_range, range_table
 from postproc.robot.cells.cell_file import restated
 from postproc.robot.cells.station import station_of
 from tests.independent import external_axes as X

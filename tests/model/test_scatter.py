@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 from postproc.channels.state import State
 from postproc.compensation.judgement.type_scatter import type_scatter
 from postproc.model.file import default_model
-from postproc.model.scatter import scatter_of
+from postproc.model.uncertainty.scatter import scatter_of
 from tests.independent import arm as A
 
 TCP = A.shift(0.0, 0.0, 0.35)

@@ -17,7 +17,7 @@ from postproc.effects.registry import effect_library
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
 from postproc.model.file import default_model, read_model
-from postproc.model.uncertainty import (
+from postproc.model.uncertainty.prediction import (
     Uncertainty,
     beyond_range,
     position_covariance,

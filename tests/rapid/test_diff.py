@@ -13,7 +13,7 @@ from postproc.rapid.diff.compare import ProgramDiff, compare_programs
 from postproc.rapid.diff.difference import Difference
 from postproc.rapid.diff.pairing import UNPAIRED_COST, aligned, cheapest_pairs
 from postproc.report.terminal import render_text
-from postproc.results.difference import difference_document
+from postproc.results.convert.difference import difference_document
 from tests.rapid.build import UNUSED, module, program, target
 
 DATA = f"CONST robtarget p:={target(100, 0, 0)}; CONST robtarget q:={target(200, 0, 0)}; "

@@ -34,8 +34,8 @@ from postproc.rapid.diff.compare import compare_programs
 from postproc.rapid.diff.difference import Difference, FileDiff, ProgramDiff
 from postproc.rapid.program.program import read_program
 from postproc.report.page import render_page
-from postproc.results.conversion import conversion_document
-from postproc.results.difference import difference_document, folders_document
+from postproc.results.convert.conversion import conversion_document
+from postproc.results.convert.difference import difference_document, folders_document
 from postproc.runtime.passes import correct_program
 from postproc.tasks.task import Task
 from tests.independent.arm import rotation, transform

@@ -15,11 +15,11 @@ from postproc.compensation.options import Options
 from postproc.diagnostics import Source
 from postproc.model.file import default_model
 from postproc.report.page import render_certificate, render_page, render_sheet
-from postproc.results.addition import addition_document
 from postproc.results.certificate import arm_certificate, program_certificate
-from postproc.results.comparison import comparison_document
-from postproc.results.diagnosis import diagnosis_document
-from postproc.results.first_plan import first_plan_document
+from postproc.results.improve.addition import addition_document
+from postproc.results.improve.comparison import comparison_document
+from postproc.results.improve.diagnosis import diagnosis_document
+from postproc.results.improve.first_plan import first_plan_document
 from postproc.runtime.passes import correct_program
 from tests.bench.programs import program
 from tests.identification.test_first_plan import planned

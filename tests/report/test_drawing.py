@@ -13,7 +13,7 @@ from postproc.effects.base import Effect, Load, param
 from postproc.effects.library.joints.backlash import Backlash
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
-from postproc.model.scatter import stiffness_factors
+from postproc.model.uncertainty.scatter import stiffness_factors
 from postproc.report.blocks import Bar, Bars, Chart, DataTable, Document, Figure, Scene, Section
 from postproc.report.drawing.charts import DrawnCurve, scatter, shares
 from postproc.report.drawing.columns import exact, packed

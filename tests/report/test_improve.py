@@ -17,10 +17,10 @@ from postproc.model.arm import Model
 from postproc.model.file import default_model
 from postproc.report.drawing.residuals import suspect_chart
 from postproc.report.page import render_certificate, render_page
-from postproc.results.addition import addition_document
 from postproc.results.certificate import arm_certificate
-from postproc.results.comparison import comparison_document, comparison_values
-from postproc.results.diagnosis import diagnosis_document, diagnosis_values
+from postproc.results.improve.addition import addition_document
+from postproc.results.improve.comparison import comparison_document, comparison_values
+from postproc.results.improve.diagnosis import diagnosis_document, diagnosis_values
 from tests.identification.cells import hidden_found
 from tests.independent import arm as A
 from tests.independent.cells import Hidden

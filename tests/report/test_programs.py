@@ -20,8 +20,8 @@ from postproc.model.file import default_model
 from postproc.rapid.diff.compare import compare_programs
 from postproc.report.page import render_certificate, render_page
 from postproc.results.certificate import Verdict, program_certificate
-from postproc.results.conversion import conversion_document
-from postproc.results.difference import difference_document
+from postproc.results.convert.conversion import conversion_document
+from postproc.results.convert.difference import difference_document
 from postproc.runtime.passes import correct_program
 from postproc.tasks.task import Task
 from tests.cells.test_paths import FORCE, Case, converted, positioner, track

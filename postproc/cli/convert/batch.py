@@ -107,7 +107,7 @@ def _say_changes(now: Path, made: Path) -> int:
     """
     from postproc.batch.differences import compare_folders
     from postproc.rapid.diff.difference import FileDiff
-    from postproc.results.difference import change_lines
+    from postproc.results.convert.difference import change_lines
     from postproc.tasks.discover import files_below
 
     if now.is_dir():

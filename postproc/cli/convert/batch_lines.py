@@ -16,7 +16,7 @@ from postproc.cli.progress import CLEAR, watching
 from postproc.diagnostics import Finding, Matter, PostprocError, one_line
 from postproc.grouping import grouped
 from postproc.numbers import fixed, on_arm_text
-from postproc.results.figures import decimals, main_figure
+from postproc.results.convert.figures import decimals, main_figure
 
 if TYPE_CHECKING:
     from postproc.batch.jobs import Ready

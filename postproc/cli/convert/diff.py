@@ -60,7 +60,7 @@ def _files(a: str, b: str, near: tuple[float, float]) -> tuple[Document, bool]:
         The document, and whether the programs are equal.
     """
     from postproc.rapid.diff.compare import compare_programs
-    from postproc.results.difference import difference_document
+    from postproc.results.convert.difference import difference_document
 
     programs = []
     for name in (a, b):
@@ -82,7 +82,7 @@ def _folders(a: Path, b: Path, near: tuple[float, float], report: Path | None) -
         The document, and whether all files are equal.
     """
     from postproc.batch.differences import compare_folders
-    from postproc.results.difference import folders_document
+    from postproc.results.convert.difference import folders_document
 
     if report is not None and any(real(report).is_relative_to(real(folder)) for folder in (a, b)):
         text = f"`{report}` stands in a folder that is compared"

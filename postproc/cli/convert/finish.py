@@ -94,7 +94,7 @@ def _say_changes(before: bytes, name: str, files: Sequence[tuple[Path | None, by
     """
     from postproc.rapid.diff.difference import FileDiff
     from postproc.rapid.diff.files import compare_files
-    from postproc.results.difference import change_lines
+    from postproc.results.convert.difference import change_lines
 
     changes = []
     for target, after in files:
@@ -114,7 +114,7 @@ def show_result(
     Args:
         name: of the program.
     """
-    from postproc.results.conversion import conversion_document
+    from postproc.results.convert.conversion import conversion_document
     from postproc.settings import made_with
 
     present(conversion_document(name, result, made_with(settings)), report, on_stderr=True)

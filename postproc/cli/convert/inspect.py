@@ -27,7 +27,7 @@ def run(
         json: print the postproc/inspect/1 document.
     """
     from postproc.compensation.inspection import inspect_program
-    from postproc.results.inspection import inspection_document
+    from postproc.results.convert.inspection import inspection_document
     from postproc.runtime.passes import correct_program
 
     source = read_program_file(program)

@@ -32,7 +32,7 @@ def run(
         json: print the postproc/fit/1 document.
     """
     from postproc.identification.add import add_effects
-    from postproc.results.addition import addition_document
+    from postproc.results.improve.addition import addition_document
 
     keys = [key for word in effect for key in word.split(",") if key]
     if not keys:

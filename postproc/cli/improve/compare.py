@@ -30,7 +30,7 @@ def run(
     from postproc.identification.compare import compare
     from postproc.report.page import render_certificate
     from postproc.results.certificate import arm_certificate
-    from postproc.results.comparison import comparison_document
+    from postproc.results.improve.comparison import comparison_document
 
     arm, measured = opened(model, data, arm_options, table, report, certificate)
     with watching(f"comparing {len(measured)} rows"):

@@ -39,7 +39,7 @@ def run(
         json: print the postproc/diagnose/1 document.
     """
     from postproc.identification.diagnose import diagnose
-    from postproc.results.diagnosis import diagnosis_document
+    from postproc.results.improve.diagnosis import diagnosis_document
 
     arm, measured = opened(model, data, arm_options, table, report)
     with watching("diagnosing") as watch:
@@ -58,7 +58,7 @@ def _say_further(diagnosis: Diagnosis, question: Question) -> None:
         question: model, tables and their options, as diagnosed.
     """
     from postproc.identification.diagnosis import too_few
-    from postproc.results.sentences import of_little_worth, to_record
+    from postproc.results.improve.sentences import of_little_worth, to_record
 
     model, data, arm, table = question
     little = of_little_worth(diagnosis)

@@ -65,7 +65,7 @@ def plan_first(
     from postproc.identification.planning.table import setups_csv
     from postproc.render.measuring import setups_module
     from postproc.report.page import render_sheet
-    from postproc.results.first_plan import first_plan_document
+    from postproc.results.improve.first_plan import first_plan_document
 
     check_outputs((name, *arm_options.effects, arm_options.cell), *outputs)
     table, rapid, sheet = outputs

@@ -59,7 +59,7 @@ def run(
     from postproc.estimation.recorded import no_farther_than_nominal, recorded_model, silent
     from postproc.identification.add import fit_effects
     from postproc.model.arm import Model
-    from postproc.results.fit import fit_document
+    from postproc.results.improve.fit import fit_document
     from postproc.robot.catalogue import doubts, load_robot
     from postproc.robot.pose import rpy
 

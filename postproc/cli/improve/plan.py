@@ -62,7 +62,7 @@ def run(
     from postproc.identification.planning.design import Room
     from postproc.identification.planning.plan import plan_poses
     from postproc.render.measuring import measuring_module
-    from postproc.results.plan import plan_document
+    from postproc.results.improve.plan import plan_document
 
     if not data:
         if between or candidates or sight or measured_range or payloads or force:

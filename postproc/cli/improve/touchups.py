@@ -50,7 +50,7 @@ def run(
         json: print the postproc/touchups/1 document.
     """
     from postproc.measure.touchups import share_deviation, touchup_findings, touchup_table
-    from postproc.results.touchups import touchups_document
+    from postproc.results.improve.touchups import touchups_document
 
     if wobj_free and wobj_fixed:
         help_ = "leave one of them out"

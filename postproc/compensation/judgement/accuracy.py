@@ -17,9 +17,9 @@ from postproc.compensation.path.motion import Motion
 from postproc.diagnostics import Diagnostic, Source
 from postproc.model.arm import Model
 from postproc.model.controller import unknown_loads
-from postproc.model.scatter import QUANTILES, Scatter, normal_draws
-from postproc.model.uncertainty import beyond_range, position_covariance, read_uncertainty, sigma_parts
-from postproc.model.undetermined import Undetermined, undetermined_under_load
+from postproc.model.uncertainty.prediction import beyond_range, position_covariance, read_uncertainty, sigma_parts
+from postproc.model.uncertainty.scatter import QUANTILES, Scatter, normal_draws
+from postproc.model.uncertainty.undetermined import Undetermined, undetermined_under_load
 from postproc.motion.values import Flags
 from postproc.numbers import percent_range
 

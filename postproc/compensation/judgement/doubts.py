@@ -17,8 +17,8 @@ from postproc.diagnostics import Diagnostic, Severity, Source, joined
 from postproc.model.arm import Model
 from postproc.model.doubts import flange_mass
 from postproc.model.equilibrium import predict
-from postproc.model.uncertainty import derivatives, parameter_name, read_uncertainty
-from postproc.model.undetermined import full_covariance
+from postproc.model.uncertainty.prediction import derivatives, parameter_name, read_uncertainty
+from postproc.model.uncertainty.undetermined import full_covariance
 from postproc.motion.findings import at_move, place
 from postproc.motion.timing.jerk_limited import LimitReport, check_limits, join_reports
 from postproc.motion.values import Move

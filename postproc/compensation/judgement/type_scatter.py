@@ -10,7 +10,7 @@ from postproc.arrays import GRAVITY, Array
 from postproc.channels.state import State
 from postproc.effects.roles import Role
 from postproc.model.arm import Model
-from postproc.model.scatter import (
+from postproc.model.uncertainty.scatter import (
     NORMAL_95,
     Scatter,
     deflection_gram,

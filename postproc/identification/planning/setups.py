@@ -29,7 +29,7 @@ from postproc.measure.kinds.gauge import Gauge
 from postproc.measure.kinds.plane import Plane
 from postproc.measure.kinds.tip import Tip
 from postproc.model.arm import Model
-from postproc.model.scatter import deflection_shares, scatter_covariance, scatter_of
+from postproc.model.uncertainty.scatter import deflection_shares, scatter_covariance, scatter_of
 from postproc.robot.kinematics import forward, jacobian, skew
 
 

@@ -25,7 +25,7 @@ from postproc.estimation.least_squares import fit_model
 from postproc.estimation.solving.solve import Terms
 from postproc.identification.screen.forms import forms_of
 from postproc.model.equilibrium import predict
-from postproc.model.uncertainty import derivatives
+from postproc.model.uncertainty.prediction import derivatives
 from tests.bench.diagnosis.judge import base_fit, error, judge
 from tests.bench.diagnosis.sets import Set
 

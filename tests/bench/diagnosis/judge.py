@@ -20,7 +20,7 @@ from postproc.measure.errors import rms
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
-from postproc.model.uncertainty import predict_sigma
+from postproc.model.uncertainty.prediction import predict_sigma
 from tests.bench.diagnosis.real import held_out
 from tests.bench.diagnosis.sets import Set, Truth
 from tests.cost import peak_mb

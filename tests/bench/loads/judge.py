@@ -19,7 +19,7 @@ from postproc.cli.app import build
 from postproc.cli.run import run as run_command
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
-from postproc.model.uncertainty import derivatives, predict_sigma, read_uncertainty
+from postproc.model.uncertainty.prediction import derivatives, predict_sigma, read_uncertainty
 from tests.bench.loads.sets import FORCES, Posterior, Set, draw
 from tests.independent.cells import measure
 

@@ -282,7 +282,7 @@ def improving(sizes: Sizes, name: str, add: bool) -> list[Figure]:
 def pages(sizes: Sizes, n: int) -> list[Figure]:
     """The page of a conversion: time and size, and what of it is no data."""
     from postproc.report.page import render_page
-    from postproc.results.conversion import conversion_document
+    from postproc.results.convert.conversion import conversion_document
 
     done = _converted(n)()
     page = render_page(conversion_document("long.mod", done))

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from postproc.diagnostics import joined
-from postproc.estimation.regions import Regions
-from postproc.estimation.residual_split import SLOW
 from postproc.estimation.solving.smooth import effective_parameters
+from postproc.estimation.validation.regions import Regions
+from postproc.estimation.validation.residual_split import SLOW
 from postproc.identification.diagnosis import Diagnosis, suspect_size, too_few
 from postproc.identification.screen.candidate import Candidate
 from postproc.identification.screen.suspects import Suspect

@@ -21,7 +21,7 @@ from postproc.model.arm import Model, as_written
 from postproc.model.derivatives.places import BATCH, PLACES, displacement_parts, flat
 from postproc.model.derivatives.sensitivity import Sensitivity, grown_sensitivity
 from postproc.model.equilibrium import predict
-from postproc.model.field import Field
+from postproc.model.uncertainty.field import Field
 
 PACKING_STEP = 2.0**-8
 """Step of the written numbers of 1,000 parameters, in conditional standard deviations; finer with fewer parameters."""

@@ -16,7 +16,7 @@ from postproc.report.blocks import Bar, Bars, Chart, DataTable, Document, Figure
 from postproc.report.drawing.laws import law_charts, laws_of
 from postproc.report.drawing.residuals import channel_sections
 from postproc.report.drawing.steps import Rung, steps_data
-from postproc.results.fit import excluded_rows, noise_values
+from postproc.results.improve.fit import excluded_rows, noise_values
 from postproc.results.wording import SMOOTH_FUNCTIONS
 
 FOLLOWS = (

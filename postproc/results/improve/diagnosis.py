@@ -22,9 +22,9 @@ from postproc.numbers import mm, mm_or_none
 from postproc.report.blocks import Bar, Bars, Chart, DataTable, Document, Figure, Section, Values, View
 from postproc.report.drawing.residuals import channel_sections, suspect_chart
 from postproc.report.drawing.steps import Rung, steps_data
-from postproc.results.addition import BASE_LABEL
-from postproc.results.comparison import steps_scene, workspace_section
-from postproc.results.fit import (
+from postproc.results.improve.addition import BASE_LABEL
+from postproc.results.improve.comparison import steps_scene, workspace_section
+from postproc.results.improve.fit import (
     effect_values,
     noise_values,
     parameter_sections,
@@ -32,7 +32,7 @@ from postproc.results.fit import (
     sentence_of,
     undetermined_sentences,
 )
-from postproc.results.sentences import MOST_RIVALS_NAMED, doubts, headline, title
+from postproc.results.improve.sentences import MOST_RIVALS_NAMED, doubts, headline, title
 from postproc.results.wording import SMOOTH_FUNCTIONS, p_text, percent, place
 
 IN_REGIONS = "in parts of the joint space left out, searched anew"

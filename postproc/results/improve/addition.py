@@ -11,13 +11,13 @@ from postproc.estimation.least_squares import evaluate
 from postproc.estimation.posterior import anywhere
 from postproc.identification.add import LEAST_FALL, Addition, FitFigures
 from postproc.measure.errors import rms
-from postproc.model.uncertainty import predict_sigma
+from postproc.model.uncertainty.prediction import predict_sigma
 from postproc.numbers import mm
 from postproc.report.blocks import Bar, Bars, DataTable, Document, Figure, Section, Values, View
 from postproc.report.drawing.residuals import channel_sections
 from postproc.report.drawing.steps import Rung, steps_data
-from postproc.results.comparison import steps_scene, workspace_section
-from postproc.results.fit import (
+from postproc.results.improve.comparison import steps_scene, workspace_section
+from postproc.results.improve.fit import (
     error_values,
     fit_values,
     known_of,

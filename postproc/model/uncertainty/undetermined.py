@@ -9,7 +9,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.channels.state import State
 from postproc.model.arm import Model
-from postproc.model.uncertainty import Uncertainty, derivatives, parameter_name, read_uncertainty
+from postproc.model.uncertainty.prediction import Uncertainty, derivatives, parameter_name, read_uncertainty
 
 PULLS = np.vstack([np.diag([100.0] * 3 + [20.0] * 3)])
 """Loads on the TCP that a shop can apply, one a row: 100 N along and 20 N m about each axis of the base."""

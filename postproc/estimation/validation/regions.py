@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.channels.state import State
 from postproc.estimation.held_out import without_block
-from postproc.estimation.lacking import ROWS_JUDGED, ROWS_KEPT, some_of
 from postproc.estimation.linear import Linear
 from postproc.estimation.solution import Solution
+from postproc.estimation.validation.lacking import ROWS_JUDGED, ROWS_KEPT, some_of
 from postproc.measure.errors import rms
 from postproc.model.arm import Model
-from postproc.model.field import Field, coordinates
+from postproc.model.uncertainty.field import Field, coordinates
 
 SIZES = 25
 """Sizes of what may be lacking beyond the rows that are compared."""

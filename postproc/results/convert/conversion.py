@@ -11,15 +11,15 @@ from postproc.compensation.conversion import Conversion, JudgedProgram
 from postproc.compensation.judgement.figures import CLAUSES, PlaceFigures
 from postproc.compensation.judgement.seams import Seam
 from postproc.compensation.text.values import StatementOutcome
-from postproc.model.undetermined import Undetermined
+from postproc.model.uncertainty.undetermined import Undetermined
 from postproc.numbers import mm, on_arm_text
 from postproc.report.blocks import DataTable, Document, Figure, Scene, Section, Tone, Values, View, attributes
 from postproc.report.drawing.path import path_data
-from postproc.results.conclusion import CORRECTED as CORRECTED
-from postproc.results.conclusion import conclusion, outcome_note
-from postproc.results.conclusion import unknown_accuracy as unknown_accuracy
-from postproc.results.figures import decimals, figure_table, main_figure, verdict
-from postproc.results.work_objects import rigid_shift_values, work_object_section
+from postproc.results.convert.conclusion import CORRECTED as CORRECTED
+from postproc.results.convert.conclusion import conclusion, outcome_note
+from postproc.results.convert.conclusion import unknown_accuracy as unknown_accuracy
+from postproc.results.convert.figures import decimals, figure_table, main_figure, verdict
+from postproc.results.convert.work_objects import rigid_shift_values, work_object_section
 
 CONVERSION_SCHEMA = "postproc/compensate/1"
 IN_SPACE_NOTE = (

@@ -11,7 +11,7 @@ from postproc.diagnostics import joined
 from postproc.identification.planning.plan import Alternative, MeasuringPlan
 from postproc.identification.planning.promise import Promise
 from postproc.identification.planning.standing import from_limits
-from postproc.model.uncertainty import parameter_name
+from postproc.model.uncertainty.prediction import parameter_name
 from postproc.report.blocks import Block, Chart, DataTable, Document, Figure, Section
 from postproc.report.drawing.postures import posture_drawings
 from postproc.results.wording import parameters_text

@@ -12,10 +12,10 @@ from postproc.compensation.judgement.accuracy import Accuracy, remaining_deflect
 from postproc.compensation.judgement.figures import CLAUSES
 from postproc.diagnostics import Diagnostic, Matter, joined
 from postproc.effects.registry import effect_library
-from postproc.model.undetermined import PULLING_POSES, Undetermined
+from postproc.model.uncertainty.undetermined import PULLING_POSES, Undetermined
 from postproc.numbers import on_arm_text
 from postproc.report.blocks import Tone, Values
-from postproc.results.figures import decimals, main_figure
+from postproc.results.convert.figures import decimals, main_figure
 from postproc.results.wording import in_words, readable, with_sigma
 
 CORRECTED = ("compensated", "run_time")  # status of statements that are corrected

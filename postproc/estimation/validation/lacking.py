@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.estimation.solution import Solution
-from postproc.model.field import COORDINATES, Field, coordinates
+from postproc.model.uncertainty.field import COORDINATES, Field, coordinates
 
 FEWEST_ROWS = 30
 """Measured rows from which on anything is said."""

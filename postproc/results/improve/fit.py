@@ -15,7 +15,7 @@ from postproc.estimation.recorded import beyond_sigma, expected_remaining, pose_
 from postproc.grouping import grouped
 from postproc.identification.add import FitFigures
 from postproc.measure.errors import distances
-from postproc.model.uncertainty import parameter_name
+from postproc.model.uncertainty.prediction import parameter_name
 from postproc.numbers import mm, mm_or_none, percent_range
 from postproc.report.blocks import Chart, DataTable, Document, Figure, Section, Values
 from postproc.report.drawing.parameters import correlated_pairs, correlation_map, drawn_parameters, parameter_chart

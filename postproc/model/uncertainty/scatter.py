@@ -14,8 +14,8 @@ from postproc.effects.roles import Role
 from postproc.model.arm import Model
 from postproc.model.deflection import Deflection
 from postproc.model.loads import loaded_state
-from postproc.model.uncertainty import Uncertainty, read_uncertainty
-from postproc.model.undetermined import full_covariance
+from postproc.model.uncertainty.prediction import Uncertainty, read_uncertainty
+from postproc.model.uncertainty.undetermined import full_covariance
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import jacobian
 

@@ -1,0 +1,5 @@
+"""How far a model can be trusted.
+
+`prediction`: covariance of the parameters and what stays unexplained; `field`: where measured rows tell of what the arm
+lacks; `undetermined`: what no row has told; `scatter` of arms about an estimated stiffness.
+"""
