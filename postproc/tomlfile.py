@@ -37,12 +37,12 @@ MOST_FINDINGS = 50
 MOST_KEY_PARTS = 50
 """Parts of a dotted key: the reader's memory grows with their square."""
 _KEY = r"(?:[A-Za-z0-9_-]+|\"[^\"\n]*\"|'[^'\n]*')"
-_HEADER = re.compile(rf"[ \t]*(\[\[?)[ \t]*({_KEY}(?:[ \t]*\.[ \t]*{_KEY})*)[ \t]*\]\]?")
+_TABLE_HEADER = re.compile(rf"[ \t]*(\[\[?)[ \t]*({_KEY}(?:[ \t]*\.[ \t]*{_KEY})*)[ \t]*\]\]?")
 _DEEP = re.compile(
     rf"(?<![A-Za-z0-9_-])(?:(?:[A-Za-z0-9_-]++|\"[^\"\n]*+\"|'[^'\n]*+')[ \t]*+\.[ \t]*+){{{MOST_KEY_PARTS}}}"
 )
 _PAIR = re.compile(rf"[ \t]*({_KEY}(?:[ \t]*\.[ \t]*{_KEY})*)[ \t]*=[ \t]*")
-MOST_SHOWN = 60  # characters of a value that does not fit
+MOST_CHARACTERS_SHOWN = 60  # characters of a value that does not fit
 _TOKEN = re.compile(r"\"\"\".*?\"\"\"|'''.*?'''|\"(?:\\.|[^\"\\\n])*\"|'[^'\n]*'|#[^\n]*|[\[\]{}\n]", re.DOTALL)
 
 
@@ -138,7 +138,7 @@ def locate(text: str) -> dict[Keys, tuple[Span, Span]]:
     counts: dict[Keys, int] = {}
     at = 0
     while at < len(text):
-        if header := _HEADER.match(text, at):
+        if header := _TABLE_HEADER.match(text, at):
             prefix = _numbered(_split(header[2]), counts, header[1] == "[[")
             places[prefix] = (header.span(2), header.span(2))
             at = header.end()
@@ -246,7 +246,7 @@ def _odd(value: Any) -> str:
         return "no text holds the character 0" if "\0" in value else ""
     if not isinstance(value, int | float) or abs(value) <= LARGEST_NUMBER:  # NaN is in no order
         return ""
-    return f"`{str(value)[:MOST_SHOWN]}` is beyond any number of an arm"
+    return f"`{str(value)[:MOST_CHARACTERS_SHOWN]}` is beyond any number of an arm"
 
 
 def _finding(schema: type[BaseModel], error: dict[str, Any], source: Source, code: str) -> Diagnostic:
@@ -300,4 +300,4 @@ def _expected(error: dict[str, Any]) -> str:
         length = context.get("min_length", context.get("max_length"))
         return f"give {length} values; there are {context.get('actual_length', 'others')}"
     value = str(error.get("input"))
-    return f"found `{value if len(value) <= MOST_SHOWN else value[:MOST_SHOWN] + '..'}`"
+    return f"found `{value if len(value) <= MOST_CHARACTERS_SHOWN else value[:MOST_CHARACTERS_SHOWN] + '..'}`"

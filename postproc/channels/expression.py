@@ -24,7 +24,7 @@ from postproc.channels.sight import Site, azimuth, beam, measured_point, seen_po
 from postproc.channels.state import State
 from postproc.channels.tool import FORCES, force_on_tool, overturning_moment
 
-UNITS = {
+UNIT_FACTORS = {
     "": 1.0,
     "rad": 1.0,
     "mrad": 1e-3,
@@ -46,16 +46,16 @@ UNITS = {
 """Units that a number in a name may have, with their factor to SI."""
 JOINTED = {"q": "q", "v": "v", "a": "a", "dir": "approach", "load": "joint_load"}
 """Channels with a number of a joint behind them, and the field of a state that holds them."""
-PLAIN = {"temperature": "temperature", "time": "time", "payload": "payload_mass", "session": "session"}
+SCALARS = {"temperature": "temperature", "time": "time", "payload": "payload_mass", "session": "session"}
 SEEN = ("seen_elevation", "seen_distance", *(f"beam_{way}_{axis}" for way in ("to", "around") for axis in "xyz"))
-FELT = tuple(f"{kind}_{axis}" for kind in FORCES for axis in "xyz")
-TURNING = ("azimuth", "seen_azimuth", "lean")
+TOOL_FRAME_FORCES = tuple(f"{kind}_{axis}" for kind in FORCES for axis in "xyz")
+DIRECTION_FUNCTIONS = ("azimuth", "seen_azimuth", "lean")
 """Functions of an angle alone."""
 ORDERED = ("lag", "creep", "play", "before", "rise")
 """Functions that follow the rows in their order."""
-FUNCTIONS = ("abs", *ORDERED, *TURNING)
+CHANNEL_FUNCTIONS = ("abs", *ORDERED, *DIRECTION_FUNCTIONS)
 _ATOM = re.compile(r"\"(?:[^\"\\]|\\.)*\"|[^\s(),\"]+")
-_NUMBER = re.compile(r"([-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?)([^(),]*)")
+_NUMBER_WITH_UNIT = re.compile(r"([-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?)([^(),]*)")
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class Channel:
             return f" {self.head} ".join(c.name for c in self.arguments)
         words = [c.name for c in self.arguments]
         if self.number is not None:
-            words.append(f"{self.number / UNITS[self.unit]:.6g} {self.unit}".rstrip())
+            words.append(f"{self.number / UNIT_FACTORS[self.unit]:.6g} {self.unit}".rstrip())
         if words:
             return f"{self.head}({', '.join(words)})"
         return self.head if _ATOM.fullmatch(self.head) else json.dumps(self.head, ensure_ascii=False)
@@ -94,16 +94,16 @@ class Channel:
         name, joint = self.head[:-1], self.head[-1:]
         if name in JOINTED and joint in "123456":
             return ("approach" if name == "dir" else name,)
-        if self.head in PLAIN:
+        if self.head in SCALARS:
             return (self.head,)
         if self.head in ("fx", "fy", "fz"):
             return ("wrench",)
         if self.head in ("lean", "leaning"):
             return ("load", "pose", "robot")
-        if self.head in FELT:
+        if self.head in TOOL_FRAME_FORCES:
             kind = self.head.partition("_")[0]
-            more = {"gravity": (), "acceleration": ("v", "a"), "weight": ("payload",), "force": ("wrench",)}[kind]
-            return ("pose", "robot", *more)
+            reads = {"gravity": (), "acceleration": ("v", "a"), "weight": ("payload",), "force": ("wrench",)}
+            return ("pose", "robot", *reads[kind])
         if self.head in ("x", "y", "z", "radius", "azimuth", "seen_azimuth", *SEEN):
             return ("pose", "robot")
         return () if _is_number(self.head) else (self.head,)
@@ -182,7 +182,7 @@ def with_sources(reads: Iterable[str]) -> tuple[str, ...]:
     )
 
 
-def at_rest(channels: Iterable[Channel], state: State) -> State:
+def as_stationary(channels: Iterable[Channel], state: State) -> State:
     """Return the states with those channels of the rows' order that are not there as of an arm at rest."""
     resting = {c.name: c.values(state) for c in channels if c.name not in state.channels}
     known = {name: values for name, values in resting.items() if values is not None}
@@ -222,22 +222,22 @@ def _item(text: str, at: int) -> tuple[Channel, int]:
         return Channel(json.loads(word)), at
     if not text.startswith("(", at):
         return Channel(word), at
-    if word not in FUNCTIONS:
-        raise ValueError(f"`{word}` is no function: {', '.join(FUNCTIONS)}")
+    if word not in CHANNEL_FUNCTIONS:
+        raise ValueError(f"`{word}` is no function: {', '.join(CHANNEL_FUNCTIONS)}")
     arguments: tuple[Channel, ...] = ()
     at += 1
-    if word not in TURNING:
+    if word not in DIRECTION_FUNCTIONS:
         inner, at = _sum(text, at)
         arguments = (inner,)
     number, unit = None, ""
-    if word in (*TURNING, "lag", "creep", "play"):
+    if word in (*DIRECTION_FUNCTIONS, "lag", "creep", "play"):
         if arguments and not text.startswith(",", at):
             raise ValueError(f"`{word}` needs a number behind a comma, as in `lag(temperature, 2640 s)`")
-        found = _NUMBER.match(text, _behind_spaces(text, at + bool(arguments)))
-        unit = "" if found is None else found[2].strip()
-        if found is None or unit not in UNITS:
-            raise ValueError(f"`{word}` needs a number with its unit: {', '.join(filter(None, UNITS))}")
-        number, at = float(found[1]) * UNITS[unit], found.end()
+        match = _NUMBER_WITH_UNIT.match(text, _behind_spaces(text, at + bool(arguments)))
+        unit = "" if match is None else match[2].strip()
+        if match is None or unit not in UNIT_FACTORS:
+            raise ValueError(f"`{word}` needs a number with its unit: {', '.join(filter(None, UNIT_FACTORS))}")
+        number, at = float(match[1]) * UNIT_FACTORS[unit], match.end()
         if word != "lean" and not arguments and unit not in ("rad", "deg", "mrad"):
             raise ValueError(f"`{word}` needs an angle")
         if word in ("lag", "creep", "play") and number <= 0:
@@ -263,8 +263,8 @@ def _recorded(c: Channel, state: State, site: Site) -> Array | None:
     if name in JOINTED and joint in "123456":
         every = getattr(state, JOINTED[name])
         return None if every is None else np.asarray(every)[:, int(joint) - 1]
-    if c.head in PLAIN:
-        values = getattr(state, PLAIN[c.head])
+    if c.head in SCALARS:
+        values = getattr(state, SCALARS[c.head])
         return None if values is None else np.asarray(values, dtype=float)
     if c.head in ("fx", "fy", "fz"):
         return None if state.wrench is None else np.asarray(state.wrench)[:, "xyz".index(joint)]

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.channels.expression import PLAIN, channel, follows_order
+from postproc.channels.expression import SCALARS, channel, follows_order
 from postproc.channels.sight import Site
 from postproc.channels.state import State
 
@@ -43,7 +43,7 @@ def recorded(state: State, site: Site) -> dict[str, Array]:
         state: with poses and joint loads filled in, if they are to be channels; site: of the measured point.
     """
     names = [f"{name}{joint}" for name in ("q", "v", "a", "dir", "load") for joint in range(1, 7)]
-    names += [*PLAIN, "fx", "fy", "fz", "x", "y", "z", *(name for name in state.channels if not follows_order(name))]
+    names += [*SCALARS, "fx", "fy", "fz", "x", "y", "z", *(name for name in state.channels if not follows_order(name))]
     values = {name: channel(name).values(state, site) for name in names if name not in state.channels}
     values |= {name: np.asarray(state.channels[name], dtype=float) for name in names if name in state.channels}
     # Where rows touch something, where the point seems to be is the very error.

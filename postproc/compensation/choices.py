@@ -33,9 +33,9 @@ from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.nodes import Declaration
 from postproc.robot.cells.station import Station
 
-PLAIN = ("bool", "num", "dnum", "string")  # types of data that an operator sets
+OPERATOR_TYPES = ("bool", "num", "dnum", "string")  # types of data that an operator sets
 MOST_VALUES = 12  # that are followed; a program with more has a number that is no choice
-_NUMBER = re.compile(r"(?<![\w.{])-?\d+(?:\.\d+)?(?![\w.])")
+_NUMBER_IN_TEXT = re.compile(r"(?<![\w.{])-?\d+(?:\.\d+)?(?![\w.])")
 _STRING = re.compile(r'"([^"\n]*)"')
 
 
@@ -117,7 +117,7 @@ def known_values(program: Program, written: Set[str]) -> list[tuple[Declaration,
             values = [word for text in compared for word in _STRING.findall(text)]
         elif d.type in ("num", "dnum"):
             for text in compared:
-                numbers = [float(number) for number in _NUMBER.findall(_STRING.sub("", text))]
+                numbers = [float(number) for number in _NUMBER_IN_TEXT.findall(_STRING.sub("", text))]
                 sized = re.search(r"<(?!>)|(?<!<)>", text) is not None
                 values += [n + step for n in numbers for step in ((-1, 0, 1) if sized else (0,))]
             index = re.compile(rf"(\w+)\s*\{{\s*{re.escape(d.name)}\s*\}}", re.IGNORECASE)
@@ -129,7 +129,7 @@ def known_values(program: Program, written: Set[str]) -> list[tuple[Declaration,
 
 def _open(declaration: Declaration) -> bool:
     """Whether an operator may set data: one number, truth or text that stays when the program ends."""
-    return declaration.storage == "PERS" and declaration.type in PLAIN and not declaration.dims
+    return declaration.storage == "PERS" and declaration.type in OPERATOR_TYPES and not declaration.dims
 
 
 def _conditions(program: Program) -> Iterator[str]:

@@ -22,7 +22,7 @@ from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.model.arm import Model
 from postproc.motion.findings import place
 from postproc.motion.path.places import place_events
-from postproc.motion.path.postures import OTHER_POSTURE
+from postproc.motion.path.postures import POSTURE_DISTANCE
 from postproc.motion.path.samples import Samples
 from postproc.motion.values import Flags, Index, Move
 from postproc.rapid.data.events import MotionEvent, StatementKey, executions_of
@@ -299,10 +299,10 @@ def unfit_confdata(robot: Robot, plan: CorrectionPlan, ran: Samples, owner: Inde
     """
     programmed = plan.motion.samples
     before = programmed.q[programmed.goal[owner]]
-    fitted = np.abs(programmed.q_reached[owner] - before).max(axis=1) < OTHER_POSTURE
+    fitted = np.abs(programmed.q_reached[owner] - before).max(axis=1) < POSTURE_DISTANCE
     comes = ~ran.curves.joint & (ran.goal > ran.start)
     selected = ran.q[ran.goal]
-    unfit = comes & (np.abs(ran.q_reached - selected).max(axis=1) > OTHER_POSTURE) & (added | fitted)
+    unfit = comes & (np.abs(ran.q_reached - selected).max(axis=1) > POSTURE_DISTANCE) & (added | fitted)
     change = np.abs(selected - before)
     bent = np.abs(np.sin(selected[:, 4])) > np.sin(BENT_RAD)
     other = (change[:, :3].max(axis=1) > OTHER_ARM) | (bent & (change[:, 3:].max(axis=1) > OTHER_WRIST))

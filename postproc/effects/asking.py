@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.channels.expression import at_rest, follows_order
+from postproc.channels.expression import as_stationary, follows_order
 from postproc.channels.state import State
 from postproc.effects.base import Effect
 from postproc.effects.contract import Displacement, Load
@@ -19,7 +19,7 @@ def displacement_of(effect: Effect, state: State) -> Displacement:
     """Evaluate the displacement of an effect; empty where a channel that it reads was not recorded."""
     if any(state.channel(name) is None for name in effect.reads if not follows_order(name)):
         return Displacement()
-    result = effect.displacement(at_rest(effect.ordered_channels, state))
+    result = effect.displacement(as_stationary(effect.ordered_channels, state))
     if result is None:
         return Displacement()
     if not isinstance(result, Displacement):
@@ -34,7 +34,7 @@ def load_of(effect: Effect, state: State) -> Load:
     """Evaluate the load of an effect; empty where a channel that it reads, other than ``load``, was not recorded."""
     if any(state.channel(name) is None for name in effect.reads if name != "load" and not follows_order(name)):
         return Load()
-    result = effect.load(at_rest(effect.ordered_channels, state))
+    result = effect.load(as_stationary(effect.ordered_channels, state))
     if isinstance(result, Load):
         return Load(_array(result.joint), _bodies(result.body))
     return Load() if result is None else result

@@ -83,7 +83,7 @@ class Effect:
         key: canonical name; the class name in lower case with underscores where none is given.
         confused_with: key of another effect to the measurement that tells the two apart.
         about_data: a finding about the measurements, not a property of the arm.
-        beside: key of the effect that goes before this one: a diagnosis that misses both names that one first.
+        after: key of an effect that a diagnosis names before this one where both are missing.
         unlikely: 2 log of the prior odds against it; infinite where a diagnosis does not name it at all.
         role: what it is to the rest of the package (`Role`), where that is more than one effect among others.
 
@@ -96,7 +96,7 @@ class Effect:
     linear: ClassVar[bool] = True
     confused_with: ClassVar[Mapping[str, str]] = {}
     about_data: ClassVar[bool] = False
-    beside: ClassVar[str] = ""
+    after: ClassVar[str] = ""
     unlikely: ClassVar[float] = 0.0
     role: ClassVar[Role | None] = None
     _parameters: ClassVar[dict[str, Parameter]] = {}
@@ -110,7 +110,7 @@ class Effect:
         key: str = "",
         confused_with: Mapping[str, str] | None = None,
         about_data: bool | None = None,
-        beside: str | None = None,
+        after: str | None = None,
         unlikely: float | None = None,
         role: Role | None = None,
     ) -> None:
@@ -121,7 +121,7 @@ class Effect:
         cls.title = doc.strip().split("\n")[0].partition(" Source:")[0]
         cls.key = key or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
         cls.reads = cls.reads if reads is None else with_sources((reads,) if isinstance(reads, str) else reads)
-        plain = {"linear": linear, "about_data": about_data, "beside": beside, "unlikely": unlikely, "role": role}
+        plain = {"linear": linear, "about_data": about_data, "after": after, "unlikely": unlikely, "role": role}
         for name, value in plain.items():
             setattr(cls, name, getattr(cls, name) if value is None else value)
         cls.confused_with = cls.confused_with if confused_with is None else dict(confused_with)
@@ -283,8 +283,8 @@ class Effect:
         """Whether all parameters are where the effect vanishes."""
         return bool(np.all(self.vector() == self.null_vector()))
 
-    def impossible(self, robot: Robot, beside: Mapping[str, Effect]) -> NDArray[np.bool_]:
-        """Return (p,) present values that no arm can have, which a diagnosis keeps at null; ``beside``: all, by key."""
+    def impossible(self, robot: Robot, effects: Mapping[str, Effect]) -> NDArray[np.bool_]:
+        """Return (p,) present values that no arm can have, which a diagnosis keeps at null; ``effects``: by key."""
         return np.zeros(len(self.layout.null), dtype=bool)
 
     @classmethod
@@ -299,8 +299,8 @@ class Effect:
         Raises:
             PostprocError: EFF021 to EFF024, an unknown key, or a value of the wrong length, type or size.
         """
-        if found := cls.problems(table):
-            raise PostprocError([p.diagnostic() for p in found])
+        if problems := cls.problems(table):
+            raise PostprocError([p.diagnostic() for p in problems])
         return cls(**table)
 
     def to_file(self) -> dict[str, Any]:
@@ -378,9 +378,8 @@ def variant(
 def by_joint(effect: Effect) -> tuple[Variant, ...]:
     """Return the forms of an effect with one amplitude a joint: all joints at once, then each joint alone."""
     amplitudes = effect.amplitudes()
-    where = np.array([name.rpartition("[")[2].rstrip("]") for name in effect.names()])
-    alone = [(j, where == str(j)) for j in range(1, 7)]
-    single = [variant(effect, f"joint {j}", here & amplitudes, here) for j, here in alone]
+    joint = np.array([name.rpartition("[")[2].rstrip("]") for name in effect.names()])
+    single = [variant(effect, f"joint {j}", (joint == str(j)) & amplitudes, joint == str(j)) for j in range(1, 7)]
     return (variant(effect, "all joints"), *single)
 
 

@@ -127,9 +127,9 @@ def layout_of(effect: Any, shapes: tuple[tuple[int, ...], ...]) -> Layout:
     def spread(values: Iterable[Number]) -> Array:
         """Return one value a parameter, spread over all its entries, as a read-only vector (p,)."""
         parts = [broadcast(value, shape).ravel() for value, shape in zip(values, shapes, strict=True)]
-        whole = np.concatenate([np.zeros(0), *parts])
-        whole.setflags(write=False)
-        return whole
+        vector = np.concatenate([np.zeros(0), *parts])
+        vector.setflags(write=False)
+        return vector
 
     ends = np.cumsum([0, *map(math.prod, shapes)])
     return Layout(

@@ -24,12 +24,12 @@ class SumOfTerms(Effect, ABC):
         return ()
 
     @classmethod
-    def rooms(cls, terms: Sequence[Effect], held: Effect | None, others: Mapping[str, Effect]) -> NDArray[np.bool_]:
+    def rooms(cls, terms: Sequence[Effect], present: Effect | None, others: Mapping[str, Effect]) -> NDArray[np.bool_]:
         """Tell (m,) for each of m terms whether it may be added; False where another kind of effect is more likely.
 
         Args:
             terms: effects of one term each.
-            held: the effect in the model to which it would be added; None if the model has none.
+            present: the effect in the model to which it would be added; None if the model has none.
             others: effects of the model by key.
         """
         return np.ones(len(terms), dtype=bool)

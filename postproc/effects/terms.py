@@ -87,7 +87,7 @@ def _to_its_side(law: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
     return lambda x, k: law(np.abs(x), k) * np.sign(x)
 
 
-_CYCLIC = ("order", "start")
+CYCLIC = ("order", "start")
 BASES: dict[str, Basis] = {
     "line": Basis(lambda x, o: x - o, "({x} - {0})", ("value",)),
     "side": Basis(np.sign, "sign({x})"),
@@ -128,14 +128,14 @@ BASES: dict[str, Basis] = {
     ),
     "harmonic": Basis(cosine, "cos({0} {x} - {1})", ("order", "phase")),
     "folded": Basis(
-        lambda x, k, s: np.abs(np.cos(0.5 * (k * x - 2 * np.pi * s))), "|cos({0} {x} / 2 - pi {1})|", _CYCLIC
+        lambda x, k, s: np.abs(np.cos(0.5 * (k * x - 2 * np.pi * s))), "|cos({0} {x} / 2 - pi {1})|", CYCLIC
     ),
     "halved": Basis(
-        lambda x, k, s: np.maximum(np.cos(k * x - 2 * np.pi * s), 0.0), "max(cos({0} {x} - 2 pi {1}), 0)", _CYCLIC
+        lambda x, k, s: np.maximum(np.cos(k * x - 2 * np.pi * s), 0.0), "max(cos({0} {x} - 2 pi {1}), 0)", CYCLIC
     ),
-    "triangular": Basis(lambda x, k, s: np.abs(2 * _cycle(x, k, s) - 1), "triangle({0} {x} - 2 pi {1})", _CYCLIC),
-    "saw_tooth": Basis(lambda x, k, s: 2 * _cycle(x, k, s) - 1, "saw({0} {x} - 2 pi {1})", _CYCLIC),
-    "pulse": Basis(lambda x, k, s, d: _cycle(x, k, s) < d, "pulse({0} {x} - 2 pi {1}, {2})", (*_CYCLIC, "duty")),
+    "triangular": Basis(lambda x, k, s: np.abs(2 * _cycle(x, k, s) - 1), "triangle({0} {x} - 2 pi {1})", CYCLIC),
+    "saw_tooth": Basis(lambda x, k, s: 2 * _cycle(x, k, s) - 1, "saw({0} {x} - 2 pi {1})", CYCLIC),
+    "pulse": Basis(lambda x, k, s, d: _cycle(x, k, s) < d, "pulse({0} {x} - 2 pi {1}, {2})", (*CYCLIC, "duty")),
 }
 """Functions by name. Folded, halved and triangular waves go one way or straight up and down: an eccentric that pushes,
 a bearing that gives, magnets; a saw tooth is what an encoder does that repeats on each of its marks."""

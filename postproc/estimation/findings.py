@@ -69,9 +69,9 @@ def data_findings(fit: Fit) -> list[Diagnostic]:
 
 def subsample_findings(data: Measurements) -> list[Diagnostic]:
     """Return DAT037 where only some rows of a large table are used for the fit; an empty list otherwise."""
-    if not data.whole:
+    if not data.sampled_from:
         return []
-    message = f"of {data.whole} rows {len(data)} are used, taken from all over the table"
+    message = f"of {data.sampled_from} rows {len(data)} are used, taken from all over the table"
     return [Diagnostic("DAT037", "info", message, data.source, help="so many leave nothing uncertain")]
 
 
@@ -202,9 +202,9 @@ def unphysical(fit: Fit) -> list[Diagnostic]:
     if not joints:
         return []
     alone = joined([f"{1e6 * x[j]:.2g} ± {1e6 * sigma[j]:.1g} (joint {j + 1})" for j in joints])
-    held = joined([f"{1e6 * kept[j]:.2g}" for j in joints])
+    fitted_text = joined([f"{1e6 * kept[j]:.2g}" for j in joints])
     message = f"by the rows alone the compliance would be negative, {alone} \N{MICRO SIGN}rad/(N m): no gear yields "
-    message += f"against its load; the model has {held}"
+    message += f"against its load; the model has {fitted_text}"
     help_ = "a load is missing that works against gravity there (balancer, arm load, payload): ask `postproc diagnose`"
     if len(joints) > 1 and not (x > NORMAL_95 * sigma).any():
         help_ = "gravity pulls the other way: where the arm hangs, `postproc fit --mounting 180,0,0` says so"

@@ -82,7 +82,7 @@ def _thinned(data: Measurements) -> Measurements:
     step = -(-len(data) // MOST_ROWS_FITTED)
     many = int(data.repeats.max()) > THINNED_POSES * step
     kept = data.one_in(step) if many else np.arange(len(data)) % step == 0
-    return replace(data.rows(kept), whole=data.whole or len(data))
+    return replace(data.rows(kept), sampled_from=data.sampled_from or len(data))
 
 
 def _fitted(model: Model, data: Measurements, effects: Sequence[Effect], noise: float | None, terms: Terms) -> Fit:
@@ -173,7 +173,7 @@ def evaluate(model: Model, data: Measurements, *, noise: float | None = None) ->
     """
     session_laws(model, data)
     fit = _evaluated(model, _thinned(data.rows(data.usable)), noise)
-    return fit if fit.data.whole or not data.wrong else _with_wrong_rows(fit, data.rows(data.filled))
+    return fit if fit.data.sampled_from or not data.wrong else _with_wrong_rows(fit, data.rows(data.filled))
 
 
 def _with_wrong_rows(fit: Fit, data: Measurements) -> Fit:

@@ -12,7 +12,7 @@ from postproc.arrays import Array
 
 MANY_COLUMNS = 150
 """Columns beyond which the normal equations take the place of QR."""
-SILENT = 1e-12
+LEAST_EIGENVALUE = 1e-12
 """Eigenvalue of the hat matrix below which a direction that a penalty holds counts for nothing: a rounding error."""
 
 
@@ -93,7 +93,7 @@ def basis_of(columns: Array, penalty: Array) -> Array:
     """Return (N, k) U with U U^T the hat matrix of least squares with penalty |w x|^2; orthonormal where w is zero.
 
     More than `MANY_COLUMNS` go through the normal equations, five times as fast as QR and well conditioned by the
-    penalty; what it leaves free in directions below `SILENT` is omitted, mostly two in three.
+    penalty; what it leaves free in directions below `LEAST_EIGENVALUE` is omitted, mostly two in three.
 
     Args:
         columns: (N, p); penalty: (p,) w.
@@ -112,7 +112,7 @@ def basis_of(columns: Array, penalty: Array) -> Array:
         else:
             half = solve_triangular(R, data, trans="T", check_finite=False)
             share, way = np.linalg.eigh(solve_triangular(R, half.T, trans="T", check_finite=False))
-            return np.asarray(columns @ solve_triangular(R, way[:, share > SILENT], check_finite=False))
+            return np.asarray(columns @ solve_triangular(R, way[:, share > LEAST_EIGENVALUE], check_finite=False))
     length = _positive(np.sqrt(np.einsum("np,np->p", columns, columns) + penalty**2))
     soft = np.flatnonzero(penalty)
     extra = np.zeros((len(soft), p))

@@ -136,10 +136,10 @@ def with_earlier_fit(model: Model, data: Measurements) -> Model:
     known = read_uncertainty(model)
     if known is None or not before or before & {hashlib.sha256(s.data).hexdigest() for s in data.sources}:
         return model
-    square = np.concatenate([np.diag(known.covariance), np.zeros(len(known.held))])
+    square = np.concatenate([np.diag(known.covariance), np.zeros(len(known.not_identifiable))])
     if len(known.unseen):
         square += np.sum(known.unseen**2, axis=0)
-    sigma = dict(zip((*known.parameters, *known.held), np.sqrt(square).tolist(), strict=True))
+    sigma = dict(zip(known.all_parameters, np.sqrt(square).tolist(), strict=True))
     tables = model.fit.get("data", "an earlier table")
     source = f"fit to {tables if isinstance(tables, str) else ', '.join(tables)}"
     priors = dict(model.priors)

@@ -234,13 +234,13 @@ def ranking(fit: Fit, screen: Screen) -> list[Candidate]:
 
 
 def _nested(candidate: Candidate, candidates: list[Candidate]) -> Candidate:
-    """Return the candidate, with evidence of 0 at most where its class's `beside` effect is missing as well.
+    """Return the candidate, with evidence of 0 at most where its class's `after` effect is missing as well.
 
     Every arm has compliant joints: how other parts bend cannot be judged by a model without those springs.
 
     Args:
         candidates: the candidates of all effects.
     """
-    parent = type(candidate.effect).beside
+    parent = type(candidate.effect).after
     first = any(c.key == parent and c.evidence > 0 for c in candidates)
     return replace(candidate, evidence=min(candidate.evidence, 0.0)) if first else candidate

@@ -21,7 +21,7 @@ from postproc.identification.refits import refit_all, thinned, with_channels_of,
 from postproc.identification.regions import ANEW, with_regions
 from postproc.identification.screen.candidate import Candidate
 from postproc.identification.screen.suspects import Suspect, by_channel
-from postproc.identification.search import needed_beside_curves, search, with_curves_anew
+from postproc.identification.search import search, with_curves_anew, without_redundant_names
 from postproc.identification.state import SearchState
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.columns import columns_of
@@ -80,7 +80,7 @@ def _diagnosed(
     forecast.first("every effect alone", len(base.problem.residual) / len(start.problem.residual))
     begin = SearchState(start, start, classes, forms, forecast=forecast)
     first = begin.ranked
-    searched = needed_beside_curves(with_curves_anew(search(begin))).without_forms()
+    searched = without_redundant_names(with_curves_anew(search(begin))).without_forms()
     del begin
     forecast.last("all of it on all rows", ANEW if searched.curves else 0)
     named = searched.with_curves(())

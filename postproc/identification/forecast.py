@@ -78,6 +78,6 @@ class Forecast:
     def _tell(self, step: str, states: float, screens: float) -> None:
         """Tell a step, when so many states and screenings of curves are expected to come before the fit on all rows."""
         each = float(np.mean(self.effects or self.curves))  # a search may be for curves alone
-        rest = (states + self.at_last) * each + screens * float(np.mean(self.curves or [0.4 * each]))
+        remaining = (states + self.at_last) * each + screens * float(np.mean(self.curves or [0.4 * each]))
         done = time.monotonic() - self.begun
-        self.watch(step, done / max(done + rest, 1e-9))
+        self.watch(step, done / max(done + remaining, 1e-9))

@@ -31,9 +31,9 @@ from postproc.model.ordered import with_ordered_channels
 from postproc.model.uncertainty.prediction import beyond_range, derivatives, read_uncertainty, sigma_parts
 from postproc.model.uncertainty.undetermined import covariance_factor, full_covariance
 
-PARTS = ("parameters", "unexplained", "noise")
+SIGMA_PARTS = ("parameters", "unexplained", "noise")
 COLUMNS_OF_ALL = "pose_id,x_mm,y_mm,z_mm,sigma_mm,sigma_measured_mm"
-PREDICTION_HEADER = ",".join([COLUMNS_OF_ALL, *(f"sigma_{part}_mm" for part in PARTS)])
+PREDICTION_HEADER = ",".join([COLUMNS_OF_ALL, *(f"sigma_{part}_mm" for part in SIGMA_PARTS)])
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ def predict_rows(model: Model, data: Measurements, place: bool = False) -> Predi
     sigma, measured = np.hypot(parts[:, 0], parts[:, 1]), np.sqrt(np.sum(parts**2, axis=1))
     if placed is None:
         findings += _elsewhere(model, data, seen, position)
-    findings += [*derived_sides(model, data), *_left_out(model, state, data), *_beyond(model, state, data)]
+    findings += [*derived_sides(model, data), *_unread_effects(model, state, data), *_beyond(model, state, data)]
     findings += _unknown_reflectors(known, state, data)
     if data.T_frame_object is not None:
         stated = np.isfinite(data.T_frame_object).all(axis=(1, 2))
@@ -163,7 +163,7 @@ def _sigma_placed(placed: Fit, state: State) -> Array:
     known = read_uncertainty(model)
     if known is None:
         return np.full(len(state), np.nan)
-    names = (*known.parameters, *known.held)
+    names = known.all_parameters
     counted = derivatives(model, state.rows(slice(0, 1)), names, instrument=False)[2]
     factor = covariance_factor(full_covariance(known)[np.ix_(counted, counted)])
     names = (*placed.parameters, *(name for name, one in zip(names, counted, strict=True) if one))
@@ -192,7 +192,7 @@ def _elsewhere(model: Model, data: Measurements, seen: NDArray[np.bool_], positi
     yield Diagnostic("DAT035", "warning", message, data.source, help=help_)
 
 
-def _left_out(model: Model, state: State, data: Measurements) -> Iterator[Diagnostic]:
+def _unread_effects(model: Model, state: State, data: Measurements) -> Iterator[Diagnostic]:
     """Yield DAT021 for effects that read channels that the table lacks."""
     for effect in model.effects:
         unread = effect.missing(state)

@@ -59,7 +59,7 @@ def predict_readings(model: Model, data: Measurements, state: State) -> Predicte
     if known is not None:
         at = grown_sensitivity(model, state)
         at = replace(at, matrix=of_readings(at, balance, seen, slice(None)))
-        by_parameter = derivatives(model, state, (*known.parameters, *known.held), at=at)[0][:, 0]
+        by_parameter = derivatives(model, state, known.all_parameters, at=at)[0][:, 0]
         factor = covariance_factor(full_covariance(known))
     noise = np.zeros(len(state)) if data.sigma is None else np.nan_to_num(data.sigma)
     variance = np.column_stack([sigma_parts(model, state)[1], noise]) ** 2

@@ -161,7 +161,7 @@ def with_curves_anew(state: SearchState, most: int = MOST_CURVES) -> SearchState
     return forward(state.with_curves(()), named=False, most=most)
 
 
-def needed_beside_curves(state: SearchState) -> SearchState:
+def without_redundant_names(state: SearchState) -> SearchState:
     """Return the state without names that its curves leave nothing to tell; where it has no curves, as it is.
 
     An effect that was added early was judged on what the curves explain now. So each that is worth less than the

@@ -52,7 +52,7 @@ class Measurements:
         rounded: whether joint angles of few digits were rounded when they were written, and the arm stood beside them;
             None where a fit has to tell.
         wrong: file and row number of those that cannot have been measured as the table says: no fit uses them.
-        whole: rows of the table that these were taken from by chance; 0 where they are all of it.
+        sampled_from: rows of the table that these were taken from by chance; 0 where they are all of it.
         sources: the files, none for data made in memory; file: (n,) number of the one that a row stands in, () for one.
         diagnostics: findings about the file.
     """
@@ -74,7 +74,7 @@ class Measurements:
     references: frozenset[str] = frozenset()
     rounded: bool | None = None
     wrong: frozenset[tuple[int, int]] = frozenset()
-    whole: int = 0
+    sampled_from: int = 0
     sources: tuple[Source, ...] = field(default=(), repr=False)
     file: tuple[int, ...] = ()
     diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)

@@ -28,7 +28,7 @@ from postproc.measure.read import columns as names
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
 from postproc.motion.path.moves import read_moves
-from postproc.motion.path.places import NOWHERE, place_events, unit_of
+from postproc.motion.path.places import UNKNOWN_AXES, place_events, unit_of
 from postproc.motion.values import Move
 from postproc.rapid.data.events import MotionEvent, Origin
 from postproc.rapid.data.pose import pose_mult
@@ -238,7 +238,7 @@ def touchup_table(touchups: TouchUps, sources: Sequence[Source], noise_mm: float
         (names.PAYLOAD_COLUMNS[:1], np.asarray(state.payload_mass)[:, None], ".6g"),
         (names.PAYLOAD_COLUMNS[1:], np.asarray(state.payload_center) / MM, ".3f"),
         (("sigma_mm",), np.full((len(state), 1), noise_mm), "g"),
-        (names.EXTERNAL_AXES, np.array([use.event.axes or NOWHERE for use in touchups.rows]), ".6g"),
+        (names.EXTERNAL_AXES, np.array([use.event.axes or UNKNOWN_AXES for use in touchups.rows]), ".6g"),
         (names.OBJECT_POSITION, T_object[:, :3, 3] / MM, ".4f"),
         (names.OBJECT_ORIENTATION, _quaternions(T_object), ".9f"),
     ]
@@ -304,7 +304,7 @@ def _placed(use: TouchUp, station: Station) -> Array:
 
     Axes that nobody states stand at 0, as for a table without their columns.
     """
-    positions = station.positions(np.nan_to_num([use.event.axes or NOWHERE]))
+    positions = station.positions(np.nan_to_num([use.event.axes or UNKNOWN_AXES]))
     units = unit_of(use.event), station.work
     frame, reference = (np.eye(4) if unit is None else station.world(unit, positions)[0] for unit in units)
     return np.asarray(invert(reference) @ frame @ object_matrix(use.event.wobj))

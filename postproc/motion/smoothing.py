@@ -15,7 +15,7 @@ from postproc.arrays import Array
 from postproc.robot.arm import Robot
 
 GENTLE = 0.2  # [s] a transition takes this long where there is time: two periods of an arm's usual first frequency
-SHARE = 0.1  # of every joint limit is given to transitions; the rest is the motion's
+TRANSITION_SHARE = 0.1  # of every joint limit is given to transitions; the rest is the motion's
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +54,9 @@ def transition(robot: Robot, jump: Array, joints_by_shift: Array, available: flo
         available: time there is [s].
     """
     w = np.maximum(np.abs(joints_by_shift @ jump).max(axis=0), 1e-12)
-    speed, acceleration, jerk = (float((SHARE * x / w).min()) for x in (robot.speed, robot.acceleration, robot.jerk))
+    speed, acceleration, jerk = (
+        float((TRANSITION_SHARE * x / w).min()) for x in (robot.speed, robot.acceleration, robot.jerk)
+    )
     curve = fast = _between_stops(speed, acceleration, jerk)
     wanted = min(GENTLE, available)
     if fast.duration < wanted:

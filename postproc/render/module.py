@@ -25,7 +25,7 @@ from postproc.rapid.syntax.trees import Number
 from postproc.render.templates import fill, load_template
 from postproc.render.text import (
     MM_DECIMALS,
-    POWERS,
+    POWERS_OF_TEN,
     QUATERNION_DECIMALS,
     broken,
     line_style,
@@ -133,7 +133,7 @@ def _number_edits(changes: Sequence[Change]) -> Iterator[tuple[Source, Edit]]:
     changed[turn < 0.5 * 10.0**-QUATERNION_DECIMALS, 3:7] = False  # never for a size of zero, whose turn is no number
     written = written_decimals(np.array([match.groups()[:11] for match in literals]))
     decimals = np.maximum(written, _DECIMALS)
-    changed &= np.abs((before - after) * POWERS[np.minimum(decimals, 308)]) >= 0.5
+    changed &= np.abs((before - after) * POWERS_OF_TEN[np.minimum(decimals, 308)]) >= 0.5
     rows = np.flatnonzero(changed.any(axis=1)).tolist()
     tables = (x[rows].tolist() for x in (changed, after, written, decimals))
     for row, *numbers in zip(rows, *tables, strict=True):

@@ -16,7 +16,7 @@ from postproc.rapid.syntax.tokens import tokenize
 MM_DECIMALS = 3
 QUATERNION_DECIMALS = 7
 DEGREES_DECIMALS = 4
-POWERS = np.array([10.0**k for k in range(309)])
+POWERS_OF_TEN = np.array([10.0**k for k in range(309)])
 """Of ten, as Python has them: an array's own powers may differ in the last digit."""
 LONGEST_LINE = 200  # characters of what stays on one line: a target takes more than a hundred
 LINE_WIDTH = 110  # of the lines of what is longer

@@ -286,8 +286,8 @@ def _link_inertia(robot: Robot) -> Array:
     centers = np.einsum("bij,bj->bi", R, robot.center[1:]) + p
     result = np.zeros(6)
     for j, axis in enumerate(axes):
-        own = np.einsum("bki,k->bi", R, axis)
-        turning = np.einsum("bi,bij,bj->b", own, robot.inertia[1:], own)
+        local = np.einsum("bki,k->bi", R, axis)
+        turning = np.einsum("bi,bij,bj->b", local, robot.inertia[1:], local)
         arm = np.cross(axis, centers - p[j])
         result[j] = (turning + robot.mass[1:] * np.sum(arm * arm, axis=1))[j:].sum()
     return result

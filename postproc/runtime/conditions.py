@@ -70,17 +70,17 @@ class Conditions:
     def drawn(self, count: int, seed: int) -> Array:
         """Random joint angles (up to count, 6) [rad], uniform over the region, none with a straight wrist."""
         q = np.random.default_rng(seed).uniform(self.lower, self.upper, (4 * count, 6))
-        return q[np.abs(np.sin(q[:, 4])) > WRIST][:count]
+        return q[np.abs(np.sin(q[:, 4])) > SINGULAR_SINE][:count]
 
     def spread(self, count: int) -> Array:
         """Joint angles (up to count, 6) [rad] that fill the region evenly (Halton sequence), no straight wrist."""
         from scipy.stats.qmc import Halton
 
         q = self.lower + Halton(6, seed=5).random(4 * count) * (self.upper - self.lower)
-        return np.asarray(q[np.abs(np.sin(q[:, 4])) > WRIST][:count])
+        return np.asarray(q[np.abs(np.sin(q[:, 4])) > SINGULAR_SINE][:count])
 
 
-WRIST = np.sin(np.radians(2.0))
+SINGULAR_SINE = np.sin(np.radians(2.0))
 """Sine of the angle of axis 5 below which axes 4 and 6 are one, and a target is returned as it came."""
 
 

@@ -14,18 +14,18 @@ from postproc.diagnostics import PostprocError
 from postproc.model.arm import Model
 from postproc.rapid.evaluation.state import NO_MASS
 from postproc.render.templates import environment, fill, load_template
-from postproc.runtime.conditions import WRIST, Conditions
+from postproc.runtime.conditions import SINGULAR_SINE, Conditions
 from postproc.runtime.tables import CorrectedModel, curves_of
 
 MOST_LOAD = 2.0  # times what the arm carries
 UNKNOWN_LOAD_KG = 1000.0
-NAME = "ppModel"
+MODULE_NAME = "ppModel"
 PASSES = 3
 """Times that functions of the command are put in: each shrinks what is left by their slope, 0.01 at most."""
 LARGEST_TURN_DEG = 1.0
 """Correction of one joint beyond which the pose is next to a singular one: the target is returned as it came."""
-LINE = 100  # characters
-NOTHING = 1e-15
+LINE_LENGTH = 100  # characters
+ZERO_ROUNDING = 1e-15
 """Numbers below that are rounding of a zero (cosines of right angles), and below what a single may hold."""
 
 
@@ -45,7 +45,7 @@ def module_tables(corrected: CorrectedModel, done: Conditions) -> dict[str, obje
         "region": [(number(a), number(b)) for a, b in np.degrees([done.lower, done.upper]).T.tolist()],
         "no_mass": number(NO_MASS),
         "most_kg": number(MOST_LOAD * (corrected.model.robot.payload or UNKNOWN_LOAD_KG)),
-        "straightest": number(float(np.cos(np.arcsin(WRIST)))),
+        "straightest": number(float(np.cos(np.arcsin(SINGULAR_SINE)))),
         "passes": PASSES,
         "largest_turn": number(LARGEST_TURN_DEG),
         **_arm(corrected),
@@ -56,7 +56,7 @@ def module_tables(corrected: CorrectedModel, done: Conditions) -> dict[str, obje
 
 
 def runtime_module(
-    tables: Mapping[str, object], errors: Sequence[str] = (), name: str = NAME, template_dir: Path | None = None
+    tables: Mapping[str, object], errors: Sequence[str] = (), name: str = MODULE_NAME, template_dir: Path | None = None
 ) -> bytes:
     """The text of the module that corrects targets on the controller.
 
@@ -198,7 +198,7 @@ def number(value: float) -> str:
     >>> number(-3.0165913e-07), number(9.81), number(2.0)
     ('-3.0165913E-07', '9.81', '2')
     """
-    return str(np.float32(value if abs(value) > NOTHING else 0.0)).upper().removesuffix(".0")
+    return str(np.float32(value if abs(value) > ZERO_ROUNDING else 0.0)).upper().removesuffix(".0")
 
 
 def aggregate(values: object) -> str:
@@ -206,7 +206,7 @@ def aggregate(values: object) -> str:
     text = _nested(values.tolist() if isinstance(values, np.ndarray) else values)
     lines = [""]
     for part in text.split(","):
-        if len(lines[-1]) + len(part) > LINE:
+        if len(lines[-1]) + len(part) > LINE_LENGTH:
             lines.append("")
         lines[-1] += part + ","
     return "\n        ".join(lines).removesuffix(",")

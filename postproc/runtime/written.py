@@ -8,7 +8,7 @@ from pathlib import Path
 from postproc.diagnostics import Diagnostic, Source
 from postproc.model.arm import Model
 from postproc.runtime.conditions import Conditions
-from postproc.runtime.module import NAME, module_tables, runtime_module
+from postproc.runtime.module import MODULE_NAME, module_tables, runtime_module
 from postproc.runtime.proof.check import TARGETS, Check, ChordError, check_module, chord_error
 from postproc.runtime.tables import CorrectedModel, corrected_model
 
@@ -43,7 +43,9 @@ class RunTimeModule:
         return f"{steps} statements, about {steps / STEPS_PER_MS:.0f} ms"
 
 
-def write_module(model: Model, conditions: Conditions, name: str = NAME, template: Path | None = None) -> RunTimeModule:
+def write_module(
+    model: Model, conditions: Conditions, name: str = MODULE_NAME, template: Path | None = None
+) -> RunTimeModule:
     """Make the run-time module, run it over the region with three loads, and state the errors found in its header.
 
     Raises:

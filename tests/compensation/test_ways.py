@@ -10,14 +10,14 @@ import pytest
 from postproc import text as text_of
 from postproc.compensation.judgement.outcomes import SHARED
 from postproc.compensation.plan import BEFORE
-from postproc.compensation.text.assignment import WAYS
+from postproc.compensation.text.assignment import APPROACHES
 from postproc.diagnostics import Source
 from postproc.effects.library.joints.backlash import Backlash
 from tests.build import AXES, arm, codes, convert, independent, outcome, target, timed, written
 from tests.compensation.build import PROCESS, small
 
 
-@pytest.mark.parametrize(("gap", "reason"), [(2e-5, SHARED), (2e-3, WAYS)])
+@pytest.mark.parametrize(("gap", "reason"), [(2e-5, SHARED), (2e-3, APPROACHES)])
 def test_the_side_from_which_the_arm_comes(gap: float, reason: str) -> None:
     """Lost motion of axis 1: from the left the middle needs another correction than from the right.
 
@@ -29,8 +29,8 @@ def test_the_side_from_which_the_arm_comes(gap: float, reason: str) -> None:
     start = "MoveJ @{1300,-400,760},v200,fine,tT;"
     conversion = convert(small(f"{start}\nIF DInput(di1)=1 THEN\n{left}\nELSE\n{right}\nENDIF\n{middle}"), lost)
     assert outcome(conversion, 3).reason == reason
-    assert (outcome(conversion, 3).status == "skipped") == (reason == WAYS)
-    assert ("CMP005" if reason == WAYS else "CMP006") in codes(conversion)
+    assert (outcome(conversion, 3).status == "skipped") == (reason == APPROACHES)
+    assert ("CMP005" if reason == APPROACHES else "CMP006") in codes(conversion)
     for side in (left, right):
         assert convert(small(start + side + middle), lost).outcomes[2].status == "compensated"
 

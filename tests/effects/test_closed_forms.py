@@ -249,7 +249,7 @@ def test_an_error_map_is_a_line_and_a_fourier_series_within_its_range_and_flat_b
     assert_allclose(dq[:, 1], [series(0, q) + 2e-5 * q / pi for q in (0.2, 0.5)])
     assert_allclose(dq[:, 4], [series(1, q) for q in (0.5, -1.5)])  # a full turn comes again
     assert_allclose(given(error.unlimited(), State(Q), "joint")[1, 1], series(0, 0.8) + 2e-5 * 0.8 / pi)
-    assert_allclose(error.outside(Q), row((2, 6), i1_1=0.3))
+    assert_allclose(error.beyond_range(Q), row((2, 6), i1_1=0.3))
 
 
 def test_roughness_of_a_map_is_half_a_derivative():

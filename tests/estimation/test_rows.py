@@ -113,7 +113,7 @@ def test_rows_that_a_fit_takes_are_told_and_lose_nothing_that_alternates(monkeyp
     monkeypatch.setattr(least_squares, "MOST_ROWS_FITTED", 200)
     monkeypatch.setattr(least_squares, "THINNED_POSES", 10)
     fit = base_fit(sided(799))
-    assert 150 <= len(fit.data) <= 200 and fit.data.whole == 799
+    assert 150 <= len(fit.data) <= 200 and fit.data.sampled_from == 799
     assert 0.3 < np.mean(fit.data.state.approach == 1.0) < 0.7
     assert [d.code for d in cautions(fit)][:1] == ["DAT037"]
     assert f"Of 799 rows {len(fit.data)} are used" in text_of(fit)

@@ -97,7 +97,7 @@ def test_a_tip_turns_with_joint_1_which_predictions_count_and_work_does_not() ->
     assert model.fit["base"] == ["joint_offset.offset_rad[1]"]
     known = read_uncertainty(model)
     assert known is not None
-    names = (*known.parameters, *known.held)
+    names = known.all_parameters
     state = read(unseen_rows(s, SEED), s, measured=False).state
     seen, work = (derivatives(model, state, names, instrument)[0] for instrument in (True, False))
     one = names.index(("joint_offset", 0))

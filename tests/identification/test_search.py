@@ -36,7 +36,7 @@ from postproc.identification.screen.candidate import Candidate, Screen
 from postproc.identification.screen.composition import compose
 from postproc.identification.screen.forms import columns_of, forms_of
 from postproc.identification.screen.gain import gain, gains
-from postproc.identification.search import accepted, backward, needed_beside_curves, search
+from postproc.identification.search import accepted, backward, search, without_redundant_names
 from postproc.identification.state import SearchState
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.table import read_measurements
@@ -122,8 +122,8 @@ def test_beside_its_curves_a_search_keeps_only_names_that_tell_more():
     begin = started(base, Backlash(), TransmissionError(joint=(3,), order=(1.0,)))
     q3 = State(q=base.data.state.q * [0, 0, 1, 0, 0, 0], T_base_body=np.tile(np.eye(4), (len(base.data), 7, 1, 1)))
     begin = replace(begin, forms=curve_forms(q3, base.problem.site, seen=False))
-    assert needed_beside_curves(begin) is begin
-    found = needed_beside_curves(begin.with_curves(tuple(begin.ranked_curves())[:1]))
+    assert without_redundant_names(begin) is begin
+    found = without_redundant_names(begin.with_curves(tuple(begin.ranked_curves())[:1]))
     assert found.keys == ("backlash",) and found.curves[0].curve.where == "joint 3"
 
 

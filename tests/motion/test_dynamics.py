@@ -7,7 +7,7 @@ import pytest
 
 from postproc.motion.inertia import inertial_torque, point_velocity
 from postproc.motion.path.samples import sample_path
-from postproc.motion.smoothing import GENTLE, SHARE, transition
+from postproc.motion.smoothing import GENTLE, TRANSITION_SHARE, transition
 from postproc.motion.timing.jerk_limited import check_limits
 from postproc.motion.timing.sustained import sustained
 from postproc.motion.timing.timelaw import evaluate
@@ -127,7 +127,7 @@ def test_a_transition_keeps_its_share_of_the_joint_limits(size: float, available
     assert np.abs(speed[:, [0, -1]]).max() < 1e-3 * np.abs(speed).max()
     for limit, within in ((ROBOT.speed, 1.001), (ROBOT.acceleration, 1.001), (ROBOT.jerk, 1.05)):
         rate = np.diff(rate, axis=1) / t[1]
-        assert (np.abs(rate).max(axis=(0, 1)) <= SHARE * limit * within).all()
+        assert (np.abs(rate).max(axis=(0, 1)) <= TRANSITION_SHARE * limit * within).all()
 
 
 @pytest.mark.parametrize(

@@ -240,11 +240,11 @@ def test_speeds_are_those_of_toppra_alone(monkeypatch: pytest.MonkeyPatch) -> No
         effort = effort_of(robot, runs)
         grid = lay_grid(runs, effort, programmed_speed(runs), programmed_ease(runs), np.full(runs.count, 0.05))
         gravity = np.array([0.0, 0.0, -9.81])
-        monkeypatch.setattr(module, "_MOST", 10)
+        monkeypatch.setattr(module, "_MOST_POINTS", 10)
         apart, blocked = fastest(robot, runs, effort, grid, gravity)
         assert blocked is None and runs.count > 1 and (np.diff(grid.run) > 0).any()
         with monkeypatch.context() as at_once:
-            at_once.setattr(module, "_MOST", 10**6)
+            at_once.setattr(module, "_MOST_POINTS", 10**6)
             at_once.setattr(constraints, "TOPPRA", lambda may_stop, *words, **named: plain(*words, **named))
             assert np.allclose(fastest(robot, runs, effort, grid, gravity)[0], apart, rtol=2e-5, atol=2e-5)
         with monkeypatch.context() as without_toppra:

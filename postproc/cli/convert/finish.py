@@ -37,9 +37,9 @@ def module_file(options: Options, target: Path | None, nothing: bool) -> Path | 
     if options.run_time == "off":
         return None
     from postproc.compensation.text.marks import MODULE_MARKER
-    from postproc.runtime.module import NAME
+    from postproc.runtime.module import MODULE_NAME
 
-    path = options.run_time_module or (target.parent / f"{NAME}.sys" if target is not None else None)
+    path = options.run_time_module or (target.parent / f"{MODULE_NAME}.sys" if target is not None else None)
     if path is None and not nothing:
         text = "`--run-time` writes a module beside the output, and the output goes to stdout"
         raise PostprocError.of("CLI007", text, help="name the output with `-o`, or the module with `--run-time-module`")

@@ -17,7 +17,7 @@ from postproc.arrays import Array
 from postproc.motion.path.samples import Samples
 from postproc.motion.values import Flags
 
-SHARE = 0.8  # of the tolerance, for the chords; the rest is rounding and what a circle cannot follow
+CHORD_SHARE = 0.8  # of the tolerance, for the chords; the rest is rounding and what a circle cannot follow
 TRANSIENT = 0.1  # weight of deviations while the speed changes: not worth a target each
 SHORTEST_PIECE = 0.002  # [m] of a split arc (MoveC refuses 0.1 mm)
 SMALLEST_PIECE = np.radians(6.0)  # of a split arc: its circle point is then seen 1.5 deg from the goal (MoveC: 1 deg)
@@ -61,7 +61,7 @@ def divide_moves(
     """
     samples = division.samples
     shift = T_commanded[:, :3, 3] - samples.T_work_tcp[:, :3, 3]
-    bent = _chord_deviations(samples, shift, division.weight) > SHARE * division.tolerance
+    bent = _chord_deviations(samples, shift, division.weight) > CHORD_SHARE * division.tolerance
     bent = (samples.goal > samples.start) & (samples.curves.arc | (bent & ~samples.curves.joint))
     added = {i: _added_samples(division, i, T_commanded) for i in np.flatnonzero(bent).tolist() if divisible(i)}
     return {i: tuple(samples.u[rows].tolist()) for i, rows in added.items() if rows}
@@ -73,7 +73,7 @@ def _added_samples(division: Division, i: int, T_commanded: Array) -> list[int]:
     Args:
         T_commanded: (n, 4, 4) commanded poses at all samples.
     """
-    samples, limit = division.samples, SHARE * float(division.tolerance[i])
+    samples, limit = division.samples, CHORD_SHARE * float(division.tolerance[i])
     begin, curves = int(samples.start[i]), samples.curves
     rows = slice(begin, int(samples.goal[i]) + 1)
     u, weight = samples.u[rows], division.weight[rows]

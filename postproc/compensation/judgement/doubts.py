@@ -87,10 +87,10 @@ def _unsure_parameter(model: Model, key: str, state: State) -> str:
         key: of the effect; state: one row.
     """
     known, effect = read_uncertainty(model), model.effect(key)
-    some = [] if known is None else [k for k, name in enumerate((*known.parameters, *known.held)) if name[0] == key]
+    some = [] if known is None else [k for k, name in enumerate(known.all_parameters) if name[0] == key]
     if known is None or effect is None or not some:
         return ""
-    names, x = [(*known.parameters, *known.held)[k] for k in some], effect.vector()
+    names, x = [known.all_parameters[k] for k in some], effect.vector()
     moved = np.linalg.norm(derivatives(model, state, names)[0][0] * x[[i for _, i in names]], axis=0)
     most = int(np.argmax(moved))
     value, sigma = x[names[most][1]], float(np.sqrt(full_covariance(known)[some[most], some[most]]))

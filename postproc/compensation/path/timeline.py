@@ -26,7 +26,7 @@ SWIFT = 0.1  # [m/s]: from here on inertia bends the correction where a move spe
 # [m]: a torch that turns about a point this near to its TCP turns in place, as fast as the wrist can: there is no way
 # along which targets could follow the load of that.
 IN_PLACE = 0.003
-_MOST = 200  # poses at which frequencies are computed; they change slowly along a path
+_MOST_POSES = 200  # poses at which frequencies are computed; they change slowly along a path
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +111,7 @@ def first_periods(model: Model, path: Samples) -> Array:
     n = len(path.q)
     if n == 0 or not carries_load(model):
         return np.zeros(n)
-    rows = np.linspace(0, n - 1, min(n, _MOST)).round().astype(int)
+    rows = np.linspace(0, n - 1, min(n, _MOST_POSES)).round().astype(int)
     moves = [path.moves[i] for i in path.move[rows]]
     state = State(
         q=path.q[rows],

@@ -30,7 +30,7 @@ from postproc.grouping import grouped
 from postproc.motion.path.curves import circle_through, pose_in_space
 from postproc.motion.path.places import axes_between
 from postproc.motion.path.postures import any_configuration, follow
-from postproc.motion.path.refusals import STILL
+from postproc.motion.path.refusals import AXIS_TOLERANCE
 from postproc.rapid.data.builtins import FUNCTIONS
 from postproc.rapid.data.events import MotionEvent, Origin
 from postproc.rapid.data.records import RobTarget
@@ -331,7 +331,7 @@ def _configured(target: TargetValue, runs: Sequence[_Run], k: int) -> TargetValu
     share = target.point.share
     for run in runs:
         start, goal = (np.array(end.extax) for end in (run.ends[0], run.ends[-1]))
-        if (np.abs(start + share * (goal - start) - run.values[k].extax) > STILL).any():
+        if (np.abs(start + share * (goal - start) - run.values[k].extax) > AXIS_TOLERANCE).any():
             raise _Undivided(OTHER_AXES)
     pairs = [(run.ends[0 if share < 0.5 else -1].robconf, run.values[k].robconf) for run in runs]
     turns = {quarter_turns(end, conf) for end, conf in pairs}

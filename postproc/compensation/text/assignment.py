@@ -24,15 +24,15 @@ from postproc.motion.values import Flags
 from postproc.rapid.data.events import StatementKey
 
 DIFFERENT = "it runs several times and each time needs another correction"
-WAYS = "the arm comes to it by several ways and each needs another correction"
+APPROACHES = "the arm comes to it by several ways and each needs another correction"
 LENT = "it stands in a file that is only read along"
-ELSEWHERE = "it also runs with other targets, on ways that are not followed"
+UNFOLLOWED_RUNS = "it also runs with other targets, on ways that are not followed"
 CONFIGURATION = (
     "the correction carries a joint over a quadrant boundary, and no place in the text holds its configuration"
 )
 HIDDEN_OFFS = "the program has an `Offs` of its own: no offset can be put around the target"
 
-SHARE = 0.5
+REMAINING_SHARE = 0.5
 """Of a correction that may stay off where nothing is within the tolerance of all runs; numbers in an offset have
 to take this share off what one value would leave."""
 ROUNDING_MM = 1e-6  # positions that are nearer than that are one
@@ -140,7 +140,7 @@ def demands_of(
         lever=lever,
         derived=np.array([root is not None for root in roots], dtype=bool),
         within=within,
-        largest=np.maximum(within, SHARE * np.linalg.norm(shift, axis=1)),
+        largest=np.maximum(within, REMAINING_SHARE * np.linalg.norm(shift, axis=1)),
         unresolved=unresolved,
         expression=expression,
     )
@@ -194,7 +194,7 @@ def assign(demands: Demands, fixed: Mapping[SlotKey, SlotValue]) -> Assignment:
         ):
             requests = [demands.requests[row] for row in rows]
             several = len({(r.target, r.origin.base.spans) for r in requests}) > 1
-            refused[key[0]] = why or (WAYS if not several and any(r.event.way for r in requests) else DIFFERENT)
+            refused[key[0]] = why or (APPROACHES if not several and any(r.event.way for r in requests) else DIFFERENT)
         if value is not None and (np.linalg.norm(unserved[rows], axis=1) > limit[rows]).any():
             relaxed.add(key[0])
     return Assignment(demands, slots, offsets, refused, frozenset(relaxed), unserved)
@@ -326,7 +326,7 @@ def _why_no_offset(demands: Demands, key: ArgumentKey, configured: bool) -> str:
     """
     runs = (demands.requests[row].event for row in demands.arguments[key])
     if key[0] in demands.unresolved or any(event.has_unresolved_runs for event in runs):
-        return ELSEWHERE
+        return UNFOLLOWED_RUNS
     if not configured:
         return CONFIGURATION
     return HIDDEN_OFFS if demands.expression(key).form is None else ""
@@ -366,7 +366,7 @@ def _offset(
     if len(exclusive) == len(by_slot) and exclusive.keys().isdisjoint(slots):
         values = {slot: _centre(demands, slot, of) for slot, of in exclusive.items()}
         remaining = _off(demands, rows, values)
-    most = np.minimum(largest, SHARE * min(remaining.max(), off.max()))
+    most = np.minimum(largest, REMAINING_SHARE * min(remaining.max(), off.max()))
     return (
         nearest_law(laws, most)
         or (values if (remaining <= largest).all() else None)

@@ -40,8 +40,8 @@ CARRIED = frozenset({"\\v", "\\wobj", "\\tload", "\\weave", "\\track"})
 _AT_TARGET = frozenset({"\\z", "\\inpos", "\\on", "\\off", "\\value", "\\dvalue"})
 _AT_START = frozenset({"\\seamname", "\\preprocesstracking"})
 
-ELSEWHERE = "the statement of the motion before does not stand directly before it: the arm may come from elsewhere"
-OTHER_FRAME = "its line begins in another work object or tool, or at joint angles"
+NOT_ADJACENT = "the statement of the motion before does not stand directly before it: the arm may come from elsewhere"
+FRAME_CHANGES = "its line begins in another work object or tool, or at joint angles"
 INTERRUPTED = "a trap, or what a motion starts, may move the arm or its frame at any moment"
 RESUMED = "an error handler may go on behind it with `TRYNEXT`, or move the arm before `RETRY`"
 MAY_CHANGE = "where its line begins, or its frame, may be written at any moment"
@@ -131,14 +131,14 @@ class DivisibleMoves:
         """
         routine = self.program.routine(statement.routine, statement.module)
         if routine is None or self._directly_before.get(statement.key) != before.key:
-            return ELSEWHERE
+            return NOT_ADJACENT
         if not self.changes.interrupting.isdisjoint(_ASTRAY):
             return INTERRUPTED
         if self._goes_on_behind_errors(routine):
             return RESUMED
         frames, frames_before = ([_text(s, "tool"), _text(s, "\\wobj") or "wobj0"] for s in (statement, before))
         if frames != frames_before or before.signature.jointed:
-            return OTHER_FRAME
+            return FRAME_CHANGES
         names = identifiers(" ".join([_text(before, "to"), *frames]).encode("latin-1"))
         return "" if all(self._stays(name, routine) for name in names) else MAY_CHANGE
 

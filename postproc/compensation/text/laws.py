@@ -11,7 +11,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.rapid.data.records import Vec3
 
-APART = 0.03
+LEAST_INDEPENDENCE = 0.03
 """Share of their spread by which regressors must differ from one another to be told apart: a coordinate that is a
 rounded multiple of a loop's index differs from it by its rounding, and what goes with that is chance."""
 
@@ -142,7 +142,7 @@ def _fit(names: Sequence[str], regressors: Sequence[Regressors], offsets: Array)
     size = np.ptp(values, axis=0)
     size[size == 0.0] = np.inf  # it tells the runs apart in nothing
     scaled = (values - values.mean(axis=0)) / size
-    slopes = np.linalg.lstsq(scaled, offsets - offsets.mean(axis=0), rcond=APART)[0] / size[:, None]
+    slopes = np.linalg.lstsq(scaled, offsets - offsets.mean(axis=0), rcond=LEAST_INDEPENDENCE)[0] / size[:, None]
     residuals = offsets - values @ slopes
     x, y, z = midrange(residuals).tolist()
     by_name = tuple((name, (a, b, c)) for name, (a, b, c) in zip(names, slopes.tolist(), strict=True))

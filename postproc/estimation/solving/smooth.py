@@ -16,7 +16,7 @@ from postproc.estimation.problem import Problem
 STRENGTHS = np.geomspace(1e-3, 1e3, 121)
 MOST_NUMBERS_SMOOTHED = 8000
 """Measured numbers on which the choice is made; long records are thinned to that."""
-HALF = 0.5
+LARGEST_SHARE_OF_NUMBERS = 0.5
 """Share of the numbers, parameters taken off, that a free function may take up at most."""
 AS_MUCH = 1.0
 """A coarser function says as much where its log likelihood is lower by no more than this."""
@@ -85,7 +85,7 @@ def likeliest(known: Linear, few: Problem, form: Effect) -> Smoothness:
     freedom = len(known.residual) - known.parameters
     likelihood = -0.5 * (freedom * np.log(np.maximum(remaining, 1e-300)) + np.sum(np.log1p(value / square), axis=1))
     # A function that takes up everything is as likely at any strength below: nothing remains that could be noise.
-    likelihood[np.sum(value / (value + square), axis=1) > HALF * freedom] = -np.inf
+    likelihood[np.sum(value / (value + square), axis=1) > LARGEST_SHARE_OF_NUMBERS * freedom] = -np.inf
     best = int(np.argmax(likelihood))
     return Smoothness(form, float(STRENGTHS[best]), float(likelihood[best]))
 

@@ -35,9 +35,9 @@ from postproc.identification.curves.signal import Signal
 MOMENT = ("load2", "q1", "x", "y")
 """Channels that the overturning moment follows."""
 LEANING = "the overturning moment"
-WAYS = 4
+MOMENT_AXES = 4
 """Horizontal axes about which the footing is asked, half a turn apart in all."""
-FELT = {
+TOOL_FORCES = {
     "gravity": ("gravity", ("q5", "q6", "q4", "q3", "q2")),
     "acceleration": ("acceleration", ("a1", "a2", "a3", "a4", "a5")),
     "weight": ("payload's weight", ("payload", "q5", "q6", "q4")),
@@ -59,7 +59,7 @@ def pulls(state: State, site: Site) -> Iterator[Block]:
         force = force_on_tool(state, kind, np.array(site.point))
         if force is None or (kind == "weight" and not varies(np.asarray(state.payload_mass))):
             continue
-        what, channels = FELT[kind]
+        what, channels = TOOL_FORCES[kind]
         for k, axis in enumerate("xyz"):
             if varies(force[:, k]):
                 signal = Signal(channels, force[:, k], f"{kind}_{axis}", what, f"{what} along {axis} of the tool")
@@ -73,8 +73,8 @@ def overturning(state: State, others: Iterable[Signal] = ()) -> tuple[list[Block
     """Return curves, with one size and with several, of the moment with which the arm leans on its footing.
 
     They describe anchors that lift or rock and legs that stiffen; what is proportional to the moment is left to the
-    effect `base_compliance`. The moment is taken about `WAYS` horizontal axes, about x and y with a size for each, and
-    by its magnitude. Both lists are empty where loads are not known.
+    effect `base_compliance`. The moment is taken about `MOMENT_AXES` horizontal axes, about x and y with a size for
+    each, and by its magnitude. Both lists are empty where loads are not known.
 
     Args:
         others: signals by which a footing may soften, such as a temperature.
@@ -82,7 +82,7 @@ def overturning(state: State, others: Iterable[Signal] = ()) -> tuple[list[Block
     moment = channel("leaning").values(state)
     if moment is None:
         return [], []
-    axes = (_moment(state, float(way)) for way in np.pi / WAYS * np.arange(WAYS))
+    axes = (_moment(state, float(way)) for way in np.pi / MOMENT_AXES * np.arange(MOMENT_AXES))
     some = [b for s in axes if varies(s.values) for b in of_signal(s) if b.like.kind not in ("line", "window")]
     blocks = [b.with_(where="base", kind=f"{b.like.kind} of the moment") for b in some]
     both, wide = [_moment(state, 0.0), _moment(state, np.pi / 2)], list[CurveForm]()
@@ -121,13 +121,13 @@ def _moment(state: State, way: float) -> Signal:
 
     def near(level: int) -> list[Signal]:
         """Return moments about eight axes nearby, closer at higher levels."""
-        apart = np.pi / (8 * WAYS) / 4**level
+        apart = np.pi / (8 * MOMENT_AXES) / 4**level
         return [_moment(state, float(other)) for other in way + apart * np.arange(-4, 5) if other != way]
 
     return Signal(MOMENT, values, c.name, "load", f"the overturning moment about {axis}", near=near)
 
 
-WRIST = ("q5", "q6", "q4")
+WRIST_AXES = ("q5", "q6", "q4")
 """Channels that turn the tool most."""
 
 
@@ -148,7 +148,7 @@ def readings(state: State, site: Site, slow: Iterable[Signal] = ()) -> Iterator[
         for way in ("to", "around"):
             label = f"the beam's angle {way} axis {axis} of the tool"
             yield from _shapes(
-                posed(state, site, f"beam_{way}_{axis}", WRIST, unit="q", label=label), "instrument", max(LOW) + 1
+                posed(state, site, f"beam_{way}_{axis}", WRIST_AXES, unit="q", label=label), "instrument", max(LOW) + 1
             )
     for air in slow:
         yield product_of(line(replace(air, label=air.full_label)), line(distance), "product", "instrument")
@@ -184,7 +184,7 @@ REACHES = np.geomspace(0.03, 0.6, 7)
 """How far something is dragged before it slips, in the range of what drags it."""
 LAGS = np.geomspace(0.02, 1.0, 7)
 """How late something follows a channel, in the time of the whole measurement."""
-BEFORE = ("line", "level", "curve", "step")
+LAGGED_KINDS = ("line", "level", "curve", "step")
 """Kinds of curves of where the arm stood in the row before."""
 
 
@@ -210,7 +210,7 @@ def memories(signals: Mapping[str, Signal], session: Array | None = None) -> Ite
         if name == "payload" or name[0] == "q":
             label = f"{name} in the row before"
             then = replace(signal, values=before, name=f"before({signal.name})", label=label, column=False)
-            some = [b for b in of_signal(then) if b.like.kind in BEFORE]
+            some = [b for b in of_signal(then) if b.like.kind in LAGGED_KINDS]
             for one in [*some, waves(then, LOW)] if name[0] == "q" else some:
                 yield one.with_(kind="before")
         if name[0] == "q" or name.startswith("load"):

@@ -204,15 +204,15 @@ class CurveForm:
         """Description of the curve in words, without other curves to widen its numbers."""
         return self.sentence_with()
 
-    def sentence_with(self, alike: Sequence[CurveForm] = ()) -> str:
+    def sentence_with(self, equivalent: Sequence[CurveForm] = ()) -> str:
         """Return the curve in words, its numbers with the range that equally good curves leave open.
 
         Args:
-            alike: curves that fit the data equally well; those with the same functions widen the ranges.
+            equivalent: curves that fit the data equally well; those with the same functions widen the ranges.
         """
         if self.sentence:
             return self.sentence
-        same = [p for p in alike if [c for c, _ in p.factors] == [c for c, _ in self.factors]]
+        same = [p for p in equivalent if [c for c, _ in p.factors] == [c for c, _ in self.factors]]
         sentence, first = "", 0
         for curve, signal, numbers in self.each:
             every = ([x, *(p.numbers[first + k] for p in same)] for k, x in enumerate(numbers))

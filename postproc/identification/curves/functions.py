@@ -10,6 +10,7 @@ import numpy as np
 
 from postproc.arrays import finest
 from postproc.channels.units import shown
+from postproc.effects.terms import CYCLIC
 from postproc.identification.curves.form import (
     Block,
     CurveForm,
@@ -91,15 +92,14 @@ WAVE = SignalFunction(
     ("order", "phase"),
     "a wave of {label}, {each} with a crest near {at}",
 )
-_CYCLIC = ("order", "start")
 FOLDS = tuple(
-    SignalFunction(basis, f"{basis} wave {{each}}{{of}}, highest near {{at}}", "wave", _CYCLIC)
+    SignalFunction(basis, f"{basis} wave {{each}}{{of}}, highest near {{at}}", "wave", CYCLIC)
     for basis in ("folded", "halved", "triangular")
 )
 """Waves that only go one way, or straight up and down: an eccentric that pushes, a bearing that gives, magnets."""
-TOOTH = SignalFunction("saw_tooth", "saw tooth {each}{of}, with a jump near {at}", "wave", _CYCLIC)
+TOOTH = SignalFunction("saw_tooth", "saw tooth {each}{of}, with a jump near {at}", "wave", CYCLIC)
 """What an encoder does that repeats on each of its marks."""
-PULSE = SignalFunction("pulse", "pulses {each}{of}, one from {at} to {end}", "wave", (*_CYCLIC, "duty"))
+PULSE = SignalFunction("pulse", "pulses {each}{of}, one from {at} to {end}", "wave", (*CYCLIC, "duty"))
 
 
 def line(signal: Signal, origin: float = 0.0) -> Block:
@@ -253,20 +253,20 @@ def sharper(pattern: CurveForm) -> Group:
 
 def _closer(pattern: CurveForm) -> Iterator[Block]:
     """Yield the blocks of variants that `sharper` returns: other curves in place of a factor, then nearby numbers."""
-    for k, (curve, signal, own) in enumerate(pattern.each):
-        for new, numbers in _alternatives(curve, signal, own, pattern.level):
+    for k, (curve, signal, current) in enumerate(pattern.each):
+        for new, numbers in _alternatives(curve, signal, current, pattern.level):
             first = sum(len(c.numbers) for c, _ in pattern.factors[:k])
             rows = block(new, signal, numbers).numbers
-            before, after = pattern.numbers[:first], pattern.numbers[first + len(own) :]
+            before, after = pattern.numbers[:first], pattern.numbers[first + len(current) :]
             every = np.hstack([np.tile(before, (len(rows), 1)), rows, np.tile(after, (len(rows), 1))])
             factors = (*pattern.factors[:k], (new, signal), *pattern.factors[k + 1 :])
             yield Block(replace(pattern, factors=factors), every)
-    near = [_nearby(c, s, own, pattern.level) for c, s, own in pattern.each]
+    near = [_nearby(c, s, current, pattern.level) for c, s, current in pattern.each]
     grids = [places for some in near for places in some]
     if grids and np.prod([len(places) for places in grids]) < MANY:
         yield Block(pattern, np.array(list(product(*grids))))
     else:
-        fixed_numbers = [[[x] for x in own] for *_, own in pattern.each]
+        fixed_numbers = [[[x] for x in current] for *_, current in pattern.each]
         for k, some in enumerate(near):
             parts = [*fixed_numbers[:k], some, *fixed_numbers[k + 1 :]]
             yield Block(pattern, np.array(list(product(*(p for part in parts for p in part)))))
@@ -340,8 +340,8 @@ def _nearby(curve: SignalFunction, signal: Signal, numbers: Sequence[float], lev
             grids.append([number])
         elif kind == "order":
             near = _orders(signal, number, 4.0**-level if curve is WAVE else 0.25)
-            whole_orders = np.arange(np.ceil(min(near)), max(near) + 1e-9).tolist()
-            grids.append([*near, *(whole_orders if is_angle(signal) and level else ())])
+            integer_orders = np.arange(np.ceil(min(near)), max(near) + 1e-9).tolist()
+            grids.append([*near, *(integer_orders if is_angle(signal) and level else ())])
         elif kind == "phase":
             grids.append((number + (EIGHTHS if level == 0 else np.pi / 8 * closer * np.linspace(-1, 1, 7))).tolist())
         else:

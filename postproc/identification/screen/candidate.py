@@ -179,7 +179,7 @@ class Screen:
             return forms_of(self.problem, cls, current, alone or self.fitted.get(key, ()))
         if key not in self.fitted and fitted is not None:
             every = forms_of(self.problem, cls, fitted, alone)
-            self.fitted[key] = Forms.of(g for f in every if (g := self._more(f, fitted)) is not None)
+            self.fitted[key] = Forms.of(g for f in every if (g := self._with_fitted(f, fitted)) is not None)
         return self.fitted[key]
 
     def _depends_on(self, cls: type[Effect]) -> tuple[str, ...]:
@@ -220,7 +220,7 @@ class Screen:
         present = current or self.problem.model.effect(form.key)
         return form.appended(present) if isinstance(present, SumOfTerms) else form
 
-    def _more(self, form: Form, fitted: Effect) -> Form | None:
+    def _with_fitted(self, form: Form, fitted: Effect) -> Form | None:
         """Return a form of an effect of the model that also frees what the fit moves; None where it frees nothing new.
 
         What the fit already moves cannot be missing, even where it stands at a bound.

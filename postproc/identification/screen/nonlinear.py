@@ -218,12 +218,12 @@ def optimise_nonlinear(
     # The first steps of a hose that hardly pulls yet would lead to where it does nothing.
     weak = pull(seen.problem, effect)[index] * (closely < LAST_STEP_SHARE)
 
-    def rest(z: Array) -> Array:
+    def misfit(z: Array) -> Array:
         """Return the residual at z, and the weak pulls below it."""
         return np.concatenate([seen.linear.projected_residual - project([at(z)])[:, 0], weak * z])
 
     def slope(z: Array) -> Array:
-        """Return the derivative of `rest` at z."""
+        """Return the derivative of `misfit` at z."""
         step = np.where(z + inside > high, -inside, inside)
         answers = project([at(z), *(at(z + one) for one in np.diag(step))])
         return np.vstack([(answers[:, :1] - answers[:, 1:]) / step, np.diag(weak)])
@@ -239,6 +239,6 @@ def optimise_nonlinear(
     start = np.clip(begin, low + inside, high - inside)
     scale = np.where(amplitude, size, 0.5 * size)
     bounds, few = (low, high), {"ftol": closely, "xtol": closely / 30, "max_nfev": tries}
-    solution = least_squares(rest, start, slope, bounds=bounds, x_scale=scale, **few)
+    solution = least_squares(misfit, start, slope, bounds=bounds, x_scale=scale, **few)
     residual = solution.fun[: len(seen.linear.projected_residual)]
     return at(solution.x), float(residual @ residual)

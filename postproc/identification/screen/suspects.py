@@ -162,21 +162,21 @@ def places(problem: Problem, weighed: bool = True) -> dict[str, Array]:
     return moves_of
 
 
-def by_channel(suspects: Sequence[Suspect], beside: Sequence[Suspect] = ()) -> list[Suspect]:
+def by_channel(suspects: Sequence[Suspect], further: Sequence[Suspect] = ()) -> list[Suspect]:
     """Return at most `MOST_REPORTED` suspects: the strongest of each channel, and others that were found.
 
     First the strongest curve, then those found beside it, its second channel, another place that it cannot be told
     from (or the joint on which a weight acts), then other channels that explain nearly the same.
 
     Args:
-        suspects: strongest first; beside: curves found once the first was fitted.
+        suspects: strongest first; further: curves found once the first was fitted.
     """
     if not suspects:
         return []
     first, likely = suspects[0], _likely(suspects)
     same = list({s.channel: s for s in likely if s.where == first.where and s.form is first.form}.values())
     all_ = first.fall / max(first.share, 1e-12)
-    further = [replace(s, share=min(1.0, s.fall / all_)) for s in beside]
+    further = [replace(s, share=min(1.0, s.fall / all_)) for s in further]
     # A second part that follows the same there comes after another channel of the first.
     again = [(s.channel, s.where) == (first.channel, first.where) for s in further]
     new, repeated = ([s for s, its in zip(further, again, strict=True) if its is which] for which in (False, True))

@@ -24,12 +24,12 @@ from postproc.numbers import read_number
 if TYPE_CHECKING:
     from openpyxl import Workbook
 
-LARGEST_NUMBER = 1e100  # larger numbers count as not measured: their squares could not be formed
+LARGEST_READING = 1e100  # larger numbers count as not measured: their squares could not be formed
 NINES = re.compile(r"[-+]?9{3,}(?:[.,][90]*)?")
 """What many instruments write where they saw nothing."""
 NUMBER_WITH_UNIT = re.compile(r"[-+]?\d++(?:[.,]\d*+)?\s*+[^\d\s.,;:/-]")
 SAMPLE = 20
-MOST_ROWS = 300_000
+MOST_TABLE_ROWS = 300_000
 """Of a table: `predict` takes 40 s and 0.6 GB for them."""
 BLANK_CHARACTERS = " \t,;"
 """What a spreadsheet writes for a line in which nothing stands."""
@@ -99,7 +99,7 @@ class Cells:
                 values[i] = read_number(cell) if cell and cell.lower() not in EMPTY_CELLS else np.nan
             except ValueError:
                 wrong.append(i)
-        huge = np.abs(values) > LARGEST_NUMBER
+        huge = np.abs(values) > LARGEST_READING
         values[huge] = np.nan
         self._report(np.flatnonzero(huge).tolist(), name, diagnostics, "DAT005", "is no measured number", help_)
         if any(NUMBER_WITH_UNIT.match(cells[i]) for i in wrong):
@@ -147,8 +147,8 @@ def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic],
         PostprocError: DAT001 where there is no table.
     """
     source = _as_text(source, diagnostics)
-    if (count := source.data.count(b"\n")) > MOST_ROWS:
-        message = f"this table has {count:,} rows, and at most {MOST_ROWS:,} are read"
+    if (count := source.data.count(b"\n")) > MOST_TABLE_ROWS:
+        message = f"this table has {count:,} rows, and at most {MOST_TABLE_ROWS:,} are read"
         raise _no_table(message, source, "take every n-th row, or a part of the table at a time")
     text = source.data.decode(source.encoding)
     if is_program(text):

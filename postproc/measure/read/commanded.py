@@ -11,7 +11,7 @@ from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, Matter, PostprocError, Source
 from postproc.measure.read.cells import Cells
 from postproc.measure.read.lookup import Table
-from postproc.motion.path.places import NOWHERE, place_events, unit_of
+from postproc.motion.path.places import UNKNOWN_AXES, place_events, unit_of
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.data.records import JointTarget, RobTarget
 from postproc.rapid.execution.walk import walk
@@ -101,7 +101,7 @@ def program_targets(table: Table, program: Source | Sequence[Source], robot: Rob
         help_ = "give the module that declares it (user.sys, CalibData.mod) beside the program: `--with`"
         raise PostprocError([replace(d, help=help_) if d.matter is Matter.UNDECLARED else d for d in unknown])
     T_flange_tcp = np.array([tool_matrix(event.tool) for event in visited])
-    q, extax = np.full((len(visited), 6), np.nan), np.array([event.axes or NOWHERE for event in visited])
+    q, extax = np.full((len(visited), 6), np.nan), np.array([event.axes or UNKNOWN_AXES for event in visited])
     free = [i for i, event in enumerate(visited) if isinstance(event.target, RobTarget)]
     for i, event in enumerate(visited):
         if isinstance(event.target, JointTarget):

@@ -39,7 +39,7 @@ _WRITTEN = {
     "s": "sec",
 }
 _SPELT = {theirs: unit for unit, spellings in _WRITTEN.items() for theirs in spellings.split()}
-GROUPED = {
+GROUPED_THOUSANDS = {
     ".": re.compile("[-+]?\\d{1,3}(?:['\u2019 \u00a0]\\d{3})+(?:[.]\\d*)?|[-+]?\\d{1,3}(?:,\\d{3})+[.]\\d*"),
     ",": re.compile("[-+]?\\d{1,3}(?:['\u2019 \u00a0]\\d{3})+(?:,\\d*)?|[-+]?\\d{1,3}(?:[.]\\d{3})+,\\d*"),
 }
@@ -81,7 +81,7 @@ def as_number(cell: str, decimal: str) -> str:
         decimal: decimal sign of the table, ``.`` or ``,``.
     """
     mark = "," if decimal == "." else "."
-    if GROUPED[decimal].fullmatch(cell):
+    if GROUPED_THOUSANDS[decimal].fullmatch(cell):
         cell = re.sub(f"['\u2019 \u00a0{mark}]", "", cell)
     cell = cell.replace("\u2212", "-")
     return cell.replace(",", ".") if decimal == "," else cell

@@ -18,7 +18,7 @@ COORDINATES = (*(f"q{j + 1}" for j in range(6)), "payload", *(f"dir{j + 1}" for 
 """What the function may depend on: joint angles [rad], payload [kg], sides of approach (+1, -1, 0)."""
 LEAST_NOISE = 1e-9
 """Variance of a row's error, at least: rows may be the same."""
-STEP = 1e-3
+ROW_STEP = 1e-3
 """Step of the written coordinates of rows, as a share of the length over which the function changes."""
 
 
@@ -67,7 +67,7 @@ class Field:
 
     def table(self) -> dict[str, Any]:
         """Return the table [fit.field] of a model file: ``lengths`` by coordinate, ``noise``, and packed ``rows``."""
-        steps = np.rint(self.rows / (STEP * self.lengths)).astype("<i4")
+        steps = np.rint(self.rows / (ROW_STEP * self.lengths)).astype("<i4")
         packed = b64encode(zlib.compress(np.diff(steps, axis=0, prepend=0).astype("<i4").T.tobytes(), 9)).decode()
         lengths = {name: float(f"{x:.6g}") for name, x in zip(self.names, self.lengths, strict=True)}
         return {"lengths": lengths, "noise": float(f"{self.noise:.6g}"), "rows": packed}
@@ -85,7 +85,9 @@ class Field:
             steps = np.frombuffer(data, "<i4").reshape(len(lengths), -1).T
         except (ValueError, zlib.error) as error:
             raise ValueError("the text is not that of rows with these lengths") from error
-        return cls(tuple(table["lengths"]), lengths, np.cumsum(steps, axis=0) * (STEP * lengths), float(table["noise"]))
+        return cls(
+            tuple(table["lengths"]), lengths, np.cumsum(steps, axis=0) * (ROW_STEP * lengths), float(table["noise"])
+        )
 
 
 def coordinates(state: State, names: tuple[str, ...]) -> Array:

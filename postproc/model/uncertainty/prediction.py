@@ -94,7 +94,7 @@ class Uncertainty:
         covariance: (p, p) in the units of the parameters.
         unexplained: standard deviation per axis [m] of what the model leaves of the true pose (not the noise of the
             instrument).
-        held: parameters that the data did not determine.
+        not_identifiable: parameters that the data did not determine.
         unseen: (r, p + h) directions in which the fitted and the held ones may be off unseen, each by one standard
             deviation.
         beyond: standard deviation per axis [m] of what the model leaves of the true pose, beside ``unexplained``, where
@@ -104,15 +104,20 @@ class Uncertainty:
     parameters: tuple[tuple[str, int], ...]
     covariance: Array
     unexplained: float = 0.0
-    held: tuple[tuple[str, int], ...] = ()
+    not_identifiable: tuple[tuple[str, int], ...] = ()
     unseen: Array = field(default_factory=lambda: np.zeros((0, 0)))
     link_mass: Array = field(default_factory=lambda: np.zeros((0, 0)))
     beyond: float = 0.0
     measured: Field | None = None
 
+    @property
+    def all_parameters(self) -> tuple[tuple[str, int], ...]:
+        """The fitted parameters, then those that were not identifiable."""
+        return (*self.parameters, *self.not_identifiable)
+
     def renamed(self, key: str, index: Mapping[int, int]) -> Uncertainty:
         """Return the same with other indices of the parameters of one effect, without those that have none."""
-        every = (*self.parameters, *self.held)
+        every = self.all_parameters
         kept = [k for k, (of, i) in enumerate(every) if of != key or i in index]
         names = [(of, index[i] if of == key else i) for of, i in (every[k] for k in kept)]
         fitted = [k for k in kept if k < len(self.parameters)]
@@ -121,7 +126,7 @@ class Uncertainty:
             self,
             parameters=tuple(names[: len(fitted)]),
             covariance=self.covariance[np.ix_(fitted, fitted)],
-            held=tuple(names[len(fitted) :]),
+            not_identifiable=tuple(names[len(fitted) :]),
             unseen=self.unseen[:, kept] if self.unseen.size else self.unseen,
             link_mass=self.link_mass[:, masses] if self.link_mass.size else self.link_mass,
         )
@@ -144,7 +149,7 @@ def uncertainty_table(model: Model, known: Uncertainty) -> dict[str, Any]:
         "parameters": [f"{key}.{names[key][i]}" for key, i in known.parameters],
         "sigma": [float(f"{x:.9g}") for x in sigma],
         "correlation": pack_correlation(correlation),
-        "not_identifiable": [f"{key}.{names[key][i]}" for key, i in known.held],
+        "not_identifiable": [f"{key}.{names[key][i]}" for key, i in known.not_identifiable],
         "unseen": _rows(known.unseen),
         **({"link_mass": _rows(known.link_mass)} if len(known.link_mass) else {}),
         "unexplained_mm": float(known.unexplained * 1e3),
@@ -190,7 +195,7 @@ def read_uncertainty(model: Model) -> Uncertainty | None:
     column = [*kept, *(len(listed) + k for k in open_)]
     return replace(
         known,
-        held=tuple(place[open_names[k]] for k in open_),
+        not_identifiable=tuple(place[open_names[k]] for k in open_),
         unseen=directions[:, column] if len(directions) else known.unseen,
         link_mass=masses[:, [*column, *range(-6, 0)]] if len(masses) else known.link_mass,
     )
@@ -235,7 +240,7 @@ def position_covariance(model: Model, state: State, known: Uncertainty, instrume
     result = np.empty((len(state), 3, 3))
     for rows in blocks(len(state), BATCH):
         at = grown_sensitivity(model, state.rows(rows))
-        D, missed, counted = derivatives(model, state.rows(rows), (*known.parameters, *known.held), instrument, at)
+        D, missed, counted = derivatives(model, state.rows(rows), known.all_parameters, instrument, at)
         off = D @ known.unseen.T if len(known.unseen) else np.zeros((len(D), 3, 0))
         if len(known.link_mass):
             off = np.concatenate(

@@ -53,7 +53,7 @@ def spring_covariance(model: Model, known: Uncertainty | None = None) -> Array:
     S = np.diag((np.log(stiffness_factors(model.robot)) / NORMAL_95) ** 2)
     if spring is None or known is None:
         return S
-    every = (*known.parameters, *known.held)
+    every = known.all_parameters
     joints = [j for j in range(6) if (spring.key, j) in every]
     column = [every.index((spring.key, j)) for j in joints]
     fitted, c = full_covariance(known)[np.ix_(column, column)], np.maximum(spring.vector()[joints], STIFFEST)

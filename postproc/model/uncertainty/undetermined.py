@@ -56,7 +56,7 @@ def undetermined_under_load(model: Model, state: State, within_95: float) -> Und
     names = set(model.fit.get("undetermined", [])) - set(model.fit.get("base", []))
     if known is None or not names or not len(state):
         return None
-    parameters = (*known.parameters, *known.held)
+    parameters = known.all_parameters
     at_prior = [k for k, (key, i) in enumerate(parameters) if parameter_name(model, key, i) in names]
     if not at_prior:
         return None
@@ -90,7 +90,7 @@ def undetermined_under_load(model: Model, state: State, within_95: float) -> Und
 
 def full_covariance(known: Uncertainty) -> Array:
     """Return the covariance (p + h, p + h) of the fitted and the open parameters together."""
-    count, size = len(known.parameters), len(known.parameters) + len(known.held)
+    count, size = len(known.parameters), len(known.parameters) + len(known.not_identifiable)
     S = np.zeros((size, size))
     S[:count, :count] = known.covariance
     if len(known.unseen):

@@ -12,7 +12,7 @@ from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic
 from postproc.motion.findings import once, place
 from postproc.motion.mounts import Mounts
-from postproc.motion.path.places import NOWHERE, unit_of
+from postproc.motion.path.places import UNKNOWN_AXES, unit_of
 from postproc.motion.path.postures import goal_joints
 from postproc.motion.path.refusals import another_arm, doubt_weights, only_displaced, refuse_events
 from postproc.motion.values import Move, WorkFrame, frames_at
@@ -128,7 +128,7 @@ def _places(events: Sequence[MotionEvent], station: Station) -> list[_Place]:
     unit_in = {now: unit_of(now) for now in {e.in_force for e in events}}
     units = [unit_in[e.in_force] for e in events]
     frames = {unit: WorkFrame(station, unit) for unit in dict.fromkeys(units)}
-    axes = station.positions(np.array([e.axes or NOWHERE for e in events]).reshape(-1, 6))
+    axes = station.positions(np.array([e.axes or UNKNOWN_AXES for e in events]).reshape(-1, 6))
     fixed = station.in_world
     rows = [np.full(6, np.nan)] * len(units) if np.isnan(axes).all() else axes
     return [(None if fixed and unit is None else frames[unit], row) for unit, row in zip(units, rows, strict=True)]

@@ -19,7 +19,7 @@ from postproc.rapid.unknown import Kind, Unknown
 from postproc.robot.cells.cell import LETTERS
 from postproc.robot.cells.station import Station
 
-NOWHERE: Ax6 = (nan,) * 6
+UNKNOWN_AXES: Ax6 = (nan,) * 6
 
 
 def place_events(events: Iterable[MotionEvent], station: Station) -> list[MotionEvent]:
@@ -27,18 +27,18 @@ def place_events(events: Iterable[MotionEvent], station: Station) -> list[Motion
 
     An event whose base or work has no known place also gets the reason, so that it is not corrected.
     """
-    now = NOWHERE
+    now = UNKNOWN_AXES
     placed: list[MotionEvent] = []
     for event in events:
         if event.first:
-            now = NOWHERE
+            now = UNKNOWN_AXES
         if event.resumes_from is not None:
-            now = placed[event.resumes_from].axes or NOWHERE
+            now = placed[event.resumes_from].axes or UNKNOWN_AXES
         elif event.target is not None and event.target.extax != NO_AXES:
             now = _reached(now, event, idle_axes(event.units, station))
         elif event.target is None and event.reason is not None:
-            now = NOWHERE  # wherever that leads
-        placed.append(event if now is NOWHERE else replace(event, axes=now))
+            now = UNKNOWN_AXES  # wherever that leads
+        placed.append(event if now is UNKNOWN_AXES else replace(event, axes=now))
     rows = [i for i, e in enumerate(placed) if e.reason is None and e.target is not None]
     for i, why in zip(rows, _unplaced([placed[i] for i in rows], station), strict=True):
         if why is not None:
@@ -124,7 +124,7 @@ def axes_between(before: MotionEvent, event: MotionEvent, share: float) -> Ax6:
         share: fraction of the move, 0 at its start and 1 at its goal.
     """
     assert event.target is not None
-    way = np.nan_to_num(np.subtract(event.axes or NOWHERE, before.axes or NOWHERE))
+    way = np.nan_to_num(np.subtract(event.axes or UNKNOWN_AXES, before.axes or UNKNOWN_AXES))
     a, b, c, d, e, f = (
         end if end >= NO_AXIS or not change else round(end - (1 - share) * change, 3)
         for end, change in zip(event.target.extax, way.tolist(), strict=True)
@@ -140,7 +140,7 @@ def unit_of(event: MotionEvent | InForce) -> str | None:
 def _unplaced(events: Sequence[MotionEvent], station: Station) -> list[Unknown | None]:
     """Per event, the reason why the place of the base or of the work is not known; None where both are known."""
     known = station.cell.units
-    positions = station.positions(np.array([e.axes or NOWHERE for e in events]).reshape(-1, 6))
+    positions = station.positions(np.array([e.axes or UNKNOWN_AXES for e in events]).reshape(-1, 6))
     base = _finite(station.base(positions))
     units = {name for now in {e.in_force for e in events} if (name := unit_of(now)) is not None}
     if not units and all(base):

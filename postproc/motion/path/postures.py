@@ -24,7 +24,7 @@ from postproc.robot.track import track
 STRAIGHT = np.radians(6.0)  # |q5| below which axes 4 and 6 may turn so fast that the way is followed in finer steps
 FINER = 16
 SAME_POSE = 1e-12  # [m] and in the rotation matrix
-OTHER_POSTURE = 0.1  # [rad] of one joint at least between two postures of one pose
+POSTURE_DISTANCE = 0.1  # [rad] of one joint at least between two postures of one pose
 
 
 def goal_joints(
@@ -180,5 +180,5 @@ def follow(
     T[:, :3, :3] = (R[a] * Rotation.from_rotvec(share[:, None] * turn)).as_matrix()
     axes = curves.axes_at(move[b], u[a] + share * (u[b] - u[a]))
     fine = track(robot, curves.mounts_at(move[b], axes).flange(T), q_start)[FINER - 1 :: FINER]
-    missed = [(np.abs(q[ends[0]] - ends[1]).max(axis=1) > OTHER_POSTURE).sum() for q in (coarse, fine)]
+    missed = [(np.abs(q[ends[0]] - ends[1]).max(axis=1) > POSTURE_DISTANCE).sum() for q in (coarse, fine)]
     return coarse if missed[0] < missed[1] else fine

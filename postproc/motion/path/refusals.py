@@ -22,7 +22,7 @@ from postproc.robot.cells.station import Station
 
 # [mm] or [deg]: taught positions of one station differ by this much; a robot carried 0.1 deg around an axis 2 m away is
 # corrected for a place 3.5 mm from its own, which changes the correction by micrometres.
-STILL = 0.1
+AXIS_TOLERANCE = 0.1
 
 
 def refuse_events(events: Sequence[MotionEvent], free_axes: str, station: Station) -> list[tuple[int, Diagnostic]]:
@@ -48,8 +48,8 @@ def refuse_events(events: Sequence[MotionEvent], free_axes: str, station: Statio
             continue
         axes = [x if x >= NO_AXIS else x + by for x, by in zip(event.target.extax, event.axis_offset, strict=True)]
         known = [k for k in carrying if axes[k] < NO_AXIS]
-        moving = [k for k in known if last[k] < NO_AXIS and abs(axes[k] - last[k]) > STILL]
-        standing = [k for k in known if last[k] >= NO_AXIS and abs(axes[k]) > STILL]
+        moving = [k for k in known if last[k] < NO_AXIS and abs(axes[k] - last[k]) > AXIS_TOLERANCE]
+        standing = [k for k in known if last[k] >= NO_AXIS and abs(axes[k]) > AXIS_TOLERANCE]
         if moving or standing:
             findings.append((row, _carrying(event, moving, standing)))
         for k, axis in enumerate(axes):

@@ -134,11 +134,11 @@ def _lower_over(s: Array, low: Array, high: Array, cap: Array, run: Index) -> Ar
     return table[0]
 
 
-UNIT = 0.01  # toppra's absolute tolerances suit numbers near one: path parameter in cm,
-WHOLE = 10.0  # and limits near 10
-_MOST = 2000  # grid points
+PATH_UNIT = 0.01  # toppra's absolute tolerances suit numbers near one: path parameter in cm,
+LIMIT_SCALE = 10.0  # and limits near 10
+_MOST_POINTS = 2000  # grid points
 _STOP = 1e-6  # squared speed that stands for a stop: with zero, rounding turns toppra's intervals inside out
-_LOOSE = 1e-6  # the same for a speed that is given
+_SPEED_SLACK = 1e-6  # the same for a speed that is given
 _NEGLIGIBLE = 1e-6  # share of an acceleration limit
 _SHARES = (1.0, 0.999, 0.99, 0.97)  # of the acceleration limits: another try where rounding stopped the first
 
@@ -168,7 +168,7 @@ def _parts(grid: Grid) -> Iterator[slice]:
     """Slices of the grid that hold whole runs (from standstill to standstill), 2000 points or more but for the last."""
     begin = 0
     for end in (*(np.flatnonzero(np.diff(grid.run)) + 1).tolist(), len(grid.s)):
-        if end - begin >= _MOST or end == len(grid.s):
+        if end - begin >= _MOST_POINTS or end == len(grid.s):
             yield slice(begin, end)
             begin = end
 
@@ -195,18 +195,18 @@ def _of_part(robot: Robot, runs: Runs, effort: Effort, grid: Grid, gravity: Arra
     # Derivatives from inside the run, also at its last point, where the curve passes over into the gap.
     last = np.append(np.diff(grid.run) > 0, True)
     inner = np.where(last, np.nextafter(grid.s, -np.inf), grid.s)
-    values: list[Array] = [runs.curve(inner), runs.curve(inner, 1) * UNIT, runs.curve(inner, 2) * UNIT**2]
+    values: list[Array] = [runs.curve(inner), runs.curve(inner, 1) * PATH_UNIT, runs.curve(inner, 2) * PATH_UNIT**2]
     slope, bend = effort.at(grid.s, runs.curve(inner, 1), runs.curve(inner, 2))
     # Next to nothing is nothing: toppra's linear programs fail on lines that are all but parallel.
     bend[np.abs(bend) * grid.cap[:, None] ** 2 < _NEGLIGIBLE] = 0.0
-    low, high = (grid.floor / UNIT) ** 2 * (1 - _LOOSE), (grid.cap / UNIT) ** 2 * (1 + _LOOSE)
+    low, high = (grid.floor / PATH_UNIT) ** 2 * (1 - _SPEED_SLACK), (grid.cap / PATH_UNIT) ** 2 * (1 + _SPEED_SLACK)
 
     dof = values[0].shape[1]
     bounds = solver.SpeedBounds(low, np.maximum(high, _STOP), dof)
-    on_grid = solver.GridPath(values, np.array([grid.s[0], grid.s[-1]]) / UNIT)
+    on_grid = solver.GridPath(values, np.array([grid.s[0], grid.s[-1]]) / PATH_UNIT)
     ease = grid.ease[:, None]
-    eased = WHOLE * UNIT * slope / ease, WHOLE * UNIT**2 * bend / ease, np.zeros_like(slope)
-    ends = np.minimum(grid.cap, grid.floor)[[0, -1]] / UNIT
+    eased = LIMIT_SCALE * PATH_UNIT * slope / ease, LIMIT_SCALE * PATH_UNIT**2 * bend / ease, np.zeros_like(slope)
+    ends = np.minimum(grid.cap, grid.floor)[[0, -1]] / PATH_UNIT
     fixed, may_stop = [solver.JointVelocityConstraint(runs.limits.speed), bounds], grid.floor <= 0
     if robot.torque is not None:
         # M q' u + (M q'' + C(q') q') x + g
@@ -215,12 +215,12 @@ def _of_part(robot: Robot, runs: Runs, effort: Effort, grid: Grid, gravity: Arra
         may_stop = may_stop & (np.abs(terms[2]) <= robot.torque).all(axis=1)
     blocked = 0
     for share in _SHARES:
-        limits = [*fixed, solver.JointLimits(eased, np.full(dof, share * WHOLE), dof)]
-        problem = solver.TOPPRA(may_stop, limits, on_grid, gridpoints=grid.s / UNIT, solver_wrapper="seidel",
+        limits = [*fixed, solver.JointLimits(eased, np.full(dof, share * LIMIT_SCALE), dof)]
+        problem = solver.TOPPRA(may_stop, limits, on_grid, gridpoints=grid.s / PATH_UNIT, solver_wrapper="seidel",
                         parametrizer="ParametrizeConstAccel")  # fmt: skip
         _, speed, _, controllable = problem.compute_parameterization(*ends, return_data=True)
         if speed is not None and not np.isnan(speed).any():
-            return np.where(grid.cap > 0, speed * UNIT, 0.0), None
+            return np.where(grid.cap > 0, speed * PATH_UNIT, 0.0), None
         unknown = np.isnan(controllable if speed is None else speed[:, None]).any(axis=1)
         blocked = int(np.flatnonzero(unknown)[-1]) if unknown.any() else 0
     return np.zeros(len(grid.s)), blocked

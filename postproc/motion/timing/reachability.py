@@ -16,7 +16,7 @@ from postproc.arrays import Array
 from postproc.motion.values import Flags
 
 _SMALL = 1e-12  # coefficients below this share of the largest are zero
-_LOOSE = 1e-9  # of an empty range of x that rounding alone has emptied
+_ROUNDING = 1e-9  # of an empty range of x that rounding alone has emptied
 
 
 class SpeedLimits:
@@ -124,7 +124,7 @@ class Reachability:
             if standstill:
                 low = 0.0
             if low > high:
-                if low > high + _LOOSE * max(1.0, abs(low)):
+                if low > high + _ROUNDING * max(1.0, abs(low)):
                     break
                 low = high
             K[i] = low, high

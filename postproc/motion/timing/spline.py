@@ -21,7 +21,7 @@ except ImportError:  # another version of scipy has it elsewhere
 
 TURN_ARM = 0.03  # [m/rad] a reorientation counts as travel on this radius,
 JOINT_ARM = 0.02  # and so does the turn of a joint: the parameter grows even where the TCP stands
-STILL = 1e-7  # [m] samples closer than this are one place
+SAME_POINT = 1e-7  # [m] samples closer than this are one place
 GAP = 1e-3  # [m] of the parameter between two runs
 
 
@@ -173,7 +173,7 @@ def cut_runs(robot: Robot, path: Samples, station: Station | None = None) -> Run
     turn = np.where(mounts[:-1].same(mounts[1:]), turn, 0.0)
     joints_of_axes = {LETTERS.index(x): joint for x, joint in (station.joints if station else {}).items()}
     known = {k: path.axes[np.isfinite(path.axes[:, k]), k] for k in joints_of_axes}
-    moving = {k: joints_of_axes[k] for k in sorted(known) if len(known[k]) and np.ptp(known[k]) > STILL}
+    moving = {k: joints_of_axes[k] for k in sorted(known) if len(known[k]) and np.ptp(known[k]) > SAME_POINT}
     share = np.where([joint.kind == "linear" for joint in moving.values()], 1.0, JOINT_ARM)
     axes = np.reshape([_known(path.axes[:, k]) for k in moving], (len(moving), n)).T
     slides = np.abs(np.diff(axes, axis=0))
@@ -183,7 +183,7 @@ def cut_runs(robot: Robot, path: Samples, station: Station | None = None) -> Run
     )
     stops = np.zeros(n, dtype=bool)
     stops[path.goal[path.stop]] = True
-    live = (step > STILL) & ~path.starts_chain()[1:]
+    live = (step > SAME_POINT) & ~path.starts_chain()[1:]
     begins = live & (stops[:-1] | ~np.append(False, live[:-1]))
     intervals = np.flatnonzero(live)
     of_run = np.cumsum(begins[intervals]) - 1

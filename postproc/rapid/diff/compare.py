@@ -92,8 +92,8 @@ def _unpaired(x: MotionStatement | None, y: MotionStatement | None) -> Differenc
     assert present is not None
     kind: Literal["added", "removed"] = "removed" if x else "added"
     lines = x.line if x else None, y.line if y else None
-    found = Difference(kind, "motion", _place(present), present.instruction, *lines, target=present.target)
-    return replace(found, text_a=x.text if x else "", text_b=y.text if y else "")
+    difference = Difference(kind, "motion", _place(present), present.instruction, *lines, target=present.target)
+    return replace(difference, text_a=x.text if x else "", text_b=y.text if y else "")
 
 
 def _place(statement: MotionStatement) -> str:

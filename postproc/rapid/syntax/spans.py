@@ -10,13 +10,13 @@ from postproc.diagnostics import Source, Span
 from postproc.rapid.syntax.tokens import BLANK, COMMENT, NUMBER, many
 
 _GAP = rb"[ \t\r\n]*+" + many(BLANK + rb"|" + COMMENT)
-_NUMBER = rb"(" + many(rb"[+-]" + _GAP) + rb"(?>" + NUMBER + rb"))"
+_SIGNED_NUMBER = rb"(" + many(rb"[+-]" + _GAP) + rb"(?>" + NUMBER + rb"))"
 _COMMA = _GAP + b"," + _GAP
 
 
 def _list(count: int) -> bytes:
     """A pattern of ``count`` numbers in square brackets, each a group, with any blanks and comments between."""
-    return rb"\[" + _GAP + _COMMA.join([_NUMBER] * count) + _GAP + rb"\]"
+    return rb"\[" + _GAP + _COMMA.join([_SIGNED_NUMBER] * count) + _GAP + rb"\]"
 
 
 _LITERAL = re.compile(rb"\[" + _GAP + _COMMA.join(_list(n) for n in (3, 4, 4, 6)) + _GAP + rb"\]" + _GAP)

@@ -28,7 +28,7 @@ from postproc.rapid.program.program import read_program
 from postproc.render.header import render_outputs
 from postproc.robot.inverse import nearest_solution
 from postproc.runtime.conditions import Conditions
-from postproc.runtime.module import NAME
+from postproc.runtime.module import MODULE_NAME
 from postproc.runtime.programs.program import payload_edits, reads_back, reset_edits, say_unfit
 from postproc.runtime.programs.reach import WELDING, Reach, counted, without_shared_values
 from postproc.runtime.proof.calls import Caller, FunctionCall
@@ -80,7 +80,7 @@ def correct_at_run_time(draft: Draft, watch: Watch) -> Conversion | None:
     keys = frozenset(key for key in draft.not_corrected() if reach.takes(key))
     if not keys:
         return None
-    name = NAME if options.run_time_module is None else options.run_time_module.stem
+    name = MODULE_NAME if options.run_time_module is None else options.run_time_module.stem
     module = write_module(model, conditions_of(draft, keys), name, options.template_dir)
     source = Source(f"{name}.sys", module.text)
     draft = draft.with_findings([*_say_unreachable(draft), *module.diagnostics, *say_unfit(program, model, source)])
@@ -158,7 +158,7 @@ def _figures(
     checks, chord = module.checks, module.chord
     return RunTimeFigures(
         mode=options.run_time,
-        module=NAME if options.run_time_module is None else options.run_time_module.stem,
+        module=MODULE_NAME if options.run_time_module is None else options.run_time_module.stem,
         statements=len(keys),
         loads=loads,
         known_targets=len(known),

@@ -20,7 +20,7 @@ from postproc.rapid.syntax.tokens import names_at
 from postproc.rapid.syntax.trees import Call, Component, Expression, Index, Name, Star, nodes
 from postproc.rapid.unknown import Kind, Unknown
 
-SHARED = "the target is data that other tasks share: its value in the files is the one of the last run"
+SHARED_BY_TASKS = "the target is data that other tasks share: its value in the files is the one of the last run"
 # The target holds the arm's error already, or fails at run time, too.
 _FROM_THE_ARM = (Kind.SEARCH_RESULT, Kind.DISPLACED_FROM_POSITION)
 _WRONG = (Kind.IMPOSSIBLE, Kind.WRONG_TYPE)
@@ -134,7 +134,7 @@ def without_shared_values(program: Program, events: list[MotionEvent], reach: Re
         d.name.lower() for d in program.declarations if d.storage.upper() == "PERS" and not d.scope and d.init is None
     }
     return [
-        hidden(e, SHARED) if e.reason is None and _names(e) & shared and reach.takes(e.statement.key) else e
+        hidden(e, SHARED_BY_TASKS) if e.reason is None and _names(e) & shared and reach.takes(e.statement.key) else e
         for e in events
     ] if shared else events  # fmt: skip
 

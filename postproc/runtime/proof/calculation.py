@@ -20,7 +20,7 @@ from postproc.rapid.syntax.nodes import Declaration, Routine, Statement
 from postproc.rapid.syntax.trees import Name
 from postproc.rapid.unknown import Kind, Unknown, without_causes
 
-SILENT = frozenset({"errwrite", "tpwrite", "tperase"})
+OPERATOR_MESSAGES = frozenset({"errwrite", "tpwrite", "tperase"})
 """Procedures that tell an operator something."""
 ERRORS = frozenset({
     Kind.UNDEFINED, Kind.UNDEFINED_OPERATOR, Kind.CONTROLLER_FUNCTION, Kind.NO_SUCH_ELEMENT, Kind.NO_ELEMENT,
@@ -153,7 +153,7 @@ class Calculation(Interpreter):
         Raises:
             PostprocError: RUN003, the procedure is not in the program.
         """
-        if statement.word in SILENT:
+        if statement.word in OPERATOR_MESSAGES:
             return
         if self.program.routine(statement.word, memory.frame.routine.module) is None:
             raise _cannot(memory, statement.span, f"`{statement.word}` is not calculated here")

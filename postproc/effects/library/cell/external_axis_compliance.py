@@ -15,7 +15,7 @@ from postproc.effects.library.cell.axis_motion import AxisMotion, Mask, across, 
 if TYPE_CHECKING:
     from postproc.robot.cells.cell import Joint
 
-POWERS = 3
+POSITION_POWERS = 3
 """Powers of the position in the compliance of a carriage: 1, e, e^2."""
 COLUMN_POINTS = 0.5 - 0.5 / 3**0.5, 0.5 + 0.5 / 3**0.5
 """Shares of a column's height at which two springs stand for all its slices (Gauss and Legendre: exact)."""
@@ -26,7 +26,7 @@ LEAST_SAG_SHARE = 1e-3
 class ExternalAxisCompliance(
     AxisMotion,
     reads=("external_axes", "load", "robot"),
-    beside="joint_compliance",
+    after="joint_compliance",
     confused_with={
         "base_compliance": "the arm in one posture at both ends of the axis: the lever to the column's foot changes",
         "external_axis_error": "two payloads, or the arm stretched to both sides, at each position of the axis",
@@ -57,7 +57,7 @@ class ExternalAxisCompliance(
         unit="rad/(N m2)", shape=("axes", 3), low=-1e-5, high=1e-4, typical=1e-7, least=0.0, labels=XYZ
     )
     carriage_rad_per_Nm: Array = param(
-        unit="rad/(N m)", shape=("axes", POWERS, 3), low=-1e-5, high=1e-4, typical=1e-7, labels=XYZ
+        unit="rad/(N m)", shape=("axes", POSITION_POWERS, 3), low=-1e-5, high=1e-4, typical=1e-7, labels=XYZ
     )
     foot_m: Array = param(unit="m", shape=("axes", 3), low=-10.0, high=10.0, typical=0.5, amplitude=False, labels=XYZ)
     carriage_m: Array = param(
@@ -89,7 +89,7 @@ class ExternalAxisCompliance(
             for share in COLUMN_POINTS:
                 yield foot + share * height * way, 0.5 * np.abs(height) * self.bend_rad_per_Nm2[k]
         if np.any(self.carriage_rad_per_Nm[k]):
-            yield carriage, position ** np.arange(POWERS) @ self.carriage_rad_per_Nm[k]
+            yield carriage, position ** np.arange(POSITION_POWERS) @ self.carriage_rad_per_Nm[k]
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
@@ -116,7 +116,7 @@ class ExternalAxisCompliance(
         if joint.kind == "linear":
             forms += [(", its column", "foot_m", {"bend_rad_per_Nm2": True})]
             for power, words in enumerate(("", ", by position", ", by position squared")):
-                some = np.arange(POWERS)[:, None] == power
+                some = np.arange(POSITION_POWERS)[:, None] == power
                 forms.append((f", its carriage{words}", "carriage_m", {"carriage_rad_per_Nm": some}))
         return [
             variant(

@@ -101,7 +101,7 @@ class JointErrorMap(
         low, high = np.maximum(low - FULL / 2, -FULL), np.minimum(high + FULL / 2, FULL)
         return replace(self, low_rad=tuple(low.tolist()), high_rad=tuple(high.tolist()))
 
-    def outside(self, q: Array) -> Array:
+    def beyond_range(self, q: Array) -> Array:
         """(n, 6) how far each mapped joint is beyond the angles that the map has seen [rad]."""
         mapped = np.isin(np.arange(1, 7), self.joint)
         return np.asarray(np.maximum(np.maximum(q - np.array(self.high_rad), np.array(self.low_rad) - q), 0.0) * mapped)

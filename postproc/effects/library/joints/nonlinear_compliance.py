@@ -23,7 +23,7 @@ UNLOADED = 1e-6
 class NonlinearCompliance(
     Effect,
     reads=("load",),
-    beside="joint_compliance",
+    after="joint_compliance",
     confused_with={
         "backlash": "approach from both sides under the same load: lost motion follows the side, this follows the load",
         "joint_compliance": "loads from nearly zero to full on the same joint, in both directions",
@@ -50,11 +50,11 @@ class NonlinearCompliance(
         """(n, 6) joint angles [rad]."""
         return self.windup_rad * curve(self.law, np.asarray(state.joint_load) / self.knee_Nm)
 
-    def impossible(self, robot: Robot, beside: Mapping[str, Effect]) -> NDArray[np.bool_]:
+    def impossible(self, robot: Robot, effects: Mapping[str, Effect]) -> NDArray[np.bool_]:
         """Mask (12,) of joints stiffer than rigid at zero load, with their linear compliance c: c + w / t0 < 0."""
-        linear = beside.get("joint_compliance")
+        linear = effects.get("joint_compliance")
         if linear is None or self.law == "cubic":
-            return super().impossible(robot, beside)
+            return super().impossible(robot, effects)
         compliance = linear.vector()
         rigid = compliance + self.windup_rad / self.knee_Nm < -STIFF * np.abs(compliance).max()
         return np.tile(rigid & (self.windup_rad != 0), 2)

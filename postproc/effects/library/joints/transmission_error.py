@@ -57,7 +57,7 @@ class TransmissionError(
         return type(self)(joint=joint, order=order, sine_rad=sine, cosine_rad=cosine)
 
     @classmethod
-    def rooms(cls, terms: Sequence[Effect], held: Effect | None, others: Mapping[str, Effect]) -> NDArray[np.bool_]:
+    def rooms(cls, terms: Sequence[Effect], present: Effect | None, others: Mapping[str, Effect]) -> NDArray[np.bool_]:
         """Tell for each term whether it may be added, or a map of a joint's error would be the simpler cause.
 
         A term is refused if it gives a joint three terms, or the effect more than three orders: eccentric gears have
@@ -66,7 +66,7 @@ class TransmissionError(
         waves and the lines of an encoder come hundreds of times a turn. Arguments are those of `SumOfTerms.rooms`.
         """
         mapped = getattr(others.get("joint_error_map"), "joint", ())
-        joint, order = (held.joint, held.order) if isinstance(held, TransmissionError) else ((), ())
+        joint, order = (present.joint, present.order) if isinstance(present, TransmissionError) else ((), ())
 
         def room(term: Effect) -> bool:
             """Tell whether a wave may be added: at most two of a joint, three orders, no slow one beside a map."""

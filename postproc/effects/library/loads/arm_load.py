@@ -49,7 +49,7 @@ class ArmLoad(
             wrenches[b] = wrenches[b] + share if b in wrenches else share
         return Load(body=wrenches)
 
-    def impossible(self, robot: Robot, beside: Mapping[str, Effect]) -> NDArray[np.bool_]:
+    def impossible(self, robot: Robot, effects: Mapping[str, Effect]) -> NDArray[np.bool_]:
         """Mask (p,) of the masses, and their moments, that would make a link of stated mass weigh less than nothing."""
         link_mass = robot.mass[list(self.body)]
         none = (link_mass > 0) & (link_mass + self.mass_kg < 0)

@@ -14,7 +14,7 @@ from postproc.effects.geometry import distal_point
 class BaseCompliance(
     Effect,
     reads=("load", "robot"),
-    beside="joint_compliance",
+    after="joint_compliance",
     confused_with={
         "bearing_tilt": "a second reflector on the base: it moves with the floor, not with the bearing of axis 1",
         "joint_compliance": "joint 1 at 0 and 90 degrees with the arm stretched: the floor is fixed in the room",

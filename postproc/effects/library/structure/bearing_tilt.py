@@ -19,7 +19,7 @@ class BearingTilt(
     Effect,
     unlikely=6.0,
     reads=("load", "robot"),
-    beside="joint_compliance",
+    after="joint_compliance",
     confused_with={
         "base_compliance": "for joint 1, a second reflector on the base",
         "link_compliance": "measured orientations: a beam bends as well as it turns",

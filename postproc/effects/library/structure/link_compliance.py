@@ -15,7 +15,7 @@ from postproc.robot.kinematics import skew
 class LinkCompliance(
     Effect,
     reads=("load", "robot"),
-    beside="joint_compliance",
+    after="joint_compliance",
     confused_with={
         "joint_compliance": "forces across the plane of motion of joints 2 and 3, and measured orientations",
         "bearing_tilt": "measured orientations: a beam turns less than it bends, a bearing only turns",

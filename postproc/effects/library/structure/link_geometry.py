@@ -14,7 +14,7 @@ class LinkGeometry(
     Effect,
     unlikely=4.0,
     reads=(),
-    beside="joint_offset",
+    after="joint_offset",
     confused_with={
         "joint_offset": "nothing for the turn about a joint's own axis; only one of the two is kept",
         "instrument_frame": "nothing for body 0",
