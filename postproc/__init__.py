@@ -66,12 +66,12 @@ _EXPORTS = {
 
 
 _DOCUMENTS = {
-    "Fit": ("fit", ""),
-    "Comparison": ("comparison", ""),
-    "Diagnosis": ("diagnosis", ""),
-    "Addition": ("addition", ""),
-    "ProgramDiff": ("difference", "a", "b"),
-    "Conversion": ("conversion", ""),
+    "Fit": ("improve.fit", ""),
+    "Comparison": ("improve.comparison", ""),
+    "Diagnosis": ("improve.diagnosis", ""),
+    "Addition": ("improve.addition", ""),
+    "ProgramDiff": ("convert.difference", "a", "b"),
+    "Conversion": ("convert.conversion", ""),
 }
 """Which file of ``results`` says what of a result, and what it is called there."""
 
@@ -254,5 +254,5 @@ def document(result: Result) -> dict[str, Any]:
 def _shown(result: Result) -> Document:
     """The document of a result, as the command that finds the same shows it."""
     name, *arguments = _DOCUMENTS[type(result).__name__]
-    draw = getattr(import_module(f"postproc.results.{name}"), f"{name}_document")
+    draw = getattr(import_module(f"postproc.results.{name}"), f"{name.partition('.')[2]}_document")
     return cast("Document", draw(*arguments, result))
