@@ -194,7 +194,7 @@ def prove(
     source = program.sources[0]
     ((before, after), *others), configured = _deviations(draft, plan, watch, served, retarget)
     figures = figures_of(plan, before, after)
-    draft = draft.with_findings(worsened(figures, plan, source))
+    draft = draft.with_findings(worsened(plan, before, after, source))
     outcomes, unlike = judge_statements(program, events, plan, after, served)
     outcomes = [replace(o, conf_changed=True) if o.statement.key in configured else o for o in outcomes]
     seams = find_seams(outcomes, plan, before, after)

@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from postproc import text as text_of
 from postproc.channels.state import State
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.correction.curve import BEFORE_TARGET, FROM_START, commanded_curve
+from postproc.diagnostics import Matter
 from postproc.effects.base import Displacement, Effect, param
 from postproc.effects.library.curve import ChannelCurve
 from postproc.rapid.data.pose import quat_mult
+from postproc.results.certificate import Verdict, program_certificate
 from tests.build import arm, codes, convert, independent, target, written
 from tests.compensation.build import NO_FORCE, PROCESS, effect, findings, model, small
 from tests.independent import arm as A
@@ -129,13 +130,36 @@ def test_where_a_joint_turns_back_the_arm_is_off_for_a_few_millimetres_and_it_is
     # Two crossings in 0.6 m, two to three millimetres each: added targets are turned as the end is, to 0.1 deg.
     assert (after > 0.01).mean() < 2 * 0.0026 / 0.6
     (finding,) = findings(conversion, "CMP008")
-    assert "turns back" in finding.message
+    assert "joints 2 and 3 turn back" in finding.message
     # The claim is the whole jump; the first sample after it lies a twentieth of the crossing further.
     claim = conversion.report["max_transition_mm"]
     assert 0.94 * claim < after.max() <= claim
-    assert conversion.report["max_error_after_mm"] < 0.01 and "CMP006" not in codes(conversion)
-    (row,) = [line.split() for line in text_of(conversion).splitlines() if line.strip().startswith("correction jumps")]
-    assert row[3] == f"{claim:.3f}"
+    assert "CMP006" not in codes(conversion) and finding.matter is Matter.OFF
+    assert f"the path stays {claim:.3f} mm off there, tolerance 0.01 mm" in finding.message
+    # The arc burns there: figures, seam, verdict and certificate say so.
+    weld, (seam,) = conversion.report["figures"][0], conversion.report["welds"]
+    assert weld["place"] == "weld" and 0.94 * claim < weld["after_mm"] == seam["after_mm"] <= claim
+    assert not seam["kept"] and conversion.report["verdict"] == "not_kept"
+    assert conversion.report["max_arc_error_after_mm"] == conversion.report["max_error_after_mm"] == claim
+    (verdict,) = program_certificate("m.mod", conversion).figures
+    assert verdict.value == Verdict.NOT_KEPT.value
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "verdict", "beyond"), [(1e-4, "not_kept", 1), (3e-4, "not_shown", 0)], ids=["closer", "wider"]
+)
+@pytest.mark.parametrize("welding", [True, False], ids=["weld", "path"])
+def test_a_jump_counts_as_any_deviation_where_the_arm_works(
+    tolerance: float, verdict: str, beyond: int, welding: bool
+) -> None:
+    """Along a weld, or along the lines of a program that welds nowhere; its tolerance decides."""
+    text = TURNS_BACK if welding else re.sub(r"ArcL(?:Start|End)", "MoveL", TURNS_BACK.replace("sm,wd,", ""))
+    gap = model(effect("backlash", f"half_gap_rad = {HALF_GAP.tolist()}"))
+    conversion = convert(text, gap, force=NO_FORCE, tolerance_m=tolerance, air_tolerance_m=1.0)
+    assert conversion.report["verdict"] == verdict
+    after = conversion.report["figures"][0]["after_mm"]
+    assert 0.1 < after <= 0.238 and (after > 1e3 * tolerance) == beyond
+    assert sum(d.matter is Matter.OFF for d in conversion.diagnostics) == beyond
 
 
 class LooseBolt(Effect, key="loose_bolt_of_a_test", reads=("q",)):

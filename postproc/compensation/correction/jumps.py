@@ -15,6 +15,7 @@ from postproc.arrays import Array
 from postproc.channels.state import State
 from postproc.compensation.correction.curve import Transition
 from postproc.compensation.path.motion import approach_side, feels_sides
+from postproc.diagnostics import joined
 from postproc.effects.asking import displacement_of
 from postproc.effects.registry import BUILT_IN
 from postproc.effects.roles import Role
@@ -68,9 +69,8 @@ def find_reversals(model: Model, samples: Samples, T_commanded: Array, t: Array,
     turns = _turns(samples)
     reversals = []
     for k in np.flatnonzero(turns.any(axis=1) & inside & (jump > least)).tolist():
-        names = " and ".join(str(j + 1) for j in np.flatnonzero(turns[k]))
-        i = int(samples.move[k])
-        where = f"where joint {names} turns back"
+        names, i = [str(j + 1) for j in np.flatnonzero(turns[k])], int(samples.move[k])
+        where = f"where joint{'s' * (len(names) > 1)} {joined(names)} turn{'s' * (len(names) == 1)} back"
         reversals.append(Transition(i, where, i, float(jump[k]), float(t[k + 1] - t[k]), (k, k + 1), True))
     return reversals
 

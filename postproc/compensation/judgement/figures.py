@@ -5,13 +5,13 @@ Terminal, header, page, certificate, batch and documents show these figures and 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
-from postproc.compensation.correction.curve import Transition
+from postproc.compensation.correction.curve import BEFORE_TARGET, FROM_START, Transition
 from postproc.compensation.correction.deviation import Deviation
 from postproc.compensation.plan import CorrectionPlan
 from postproc.compensation.text.values import UNCHANGED_MM
@@ -92,35 +92,50 @@ class PathFigures:
 def figures_of(plan: CorrectionPlan, before: Deviation, after: Deviation) -> PathFigures:
     """The largest deviations along a program, before and after its correction."""
     changing = changing_files(plan)
-    of_owner = changing[after.owner]
-    passing = in_transition(plan, after)
-    settled = _counted(after.space & of_owner & ~passing, after.steady)
-    welding = np.array([move.welding for move in plan.motion.moves]) & changing
-    burning, lit = welding[after.owner] & after.space, welding[before.owner]
+    of_owner, passing = changing[after.owner], in_transition(plan, after, plan.transitions)
+    (path_before, arc_before), (path_after, arc_after) = (
+        _at_steady_speed(plan, before, ()),
+        _at_steady_speed(plan, after, _idle(plan)),
+    )
     return PathFigures(
-        _places(plan, before, after, changing, welding),
-        before.largest(_counted(before.space & changing[before.owner], before.steady)),
-        after.largest(settled),
-        before.largest(_counted(lit & before.space, before.steady)) if burning.any() else None,
-        after.largest(burning & settled) if burning.any() else None,
+        _places(plan, before, after, changing),
+        path_before,
+        path_after,
+        arc_before,
+        arc_after,
         after.largest(after.space & of_owner & ~after.steady & ~passing),
         after.largest(passing & of_owner),
         after.largest(~after.space & of_owner),
     )
 
 
-def _places(
-    plan: CorrectionPlan, before: Deviation, after: Deviation, changing: Flags, welding: Flags
-) -> tuple[PlaceFigures, ...]:
-    """Deviations across the path where it welds, in the air, while the speed changes, and at jumps of the correction.
+def _at_steady_speed(
+    plan: CorrectionPlan, deviation: Deviation, jumps: Iterable[Transition]
+) -> tuple[float, float | None]:
+    """The largest deviation [m] along lines and arcs, and where the arc burns, None where it never does.
 
     Args:
-        changing, welding: (m,) moves of files that may change, and those of them along which the arc burns.
+        jumps: transitions of the plan whose samples do not count.
     """
-    both = before, after
+    changing = changing_files(plan)
+    space = deviation.space & changing[deviation.owner] & ~in_transition(plan, deviation, jumps)
+    burning = space & np.array([move.welding for move in plan.motion.moves])[deviation.owner]
+    arc = deviation.largest(_counted(burning, deviation.steady)) if burning.any() else None
+    return deviation.largest(_counted(space, deviation.steady)), arc
+
+
+def _places(plan: CorrectionPlan, before: Deviation, after: Deviation, changing: Flags) -> tuple[PlaceFigures, ...]:
+    """Deviations across the path where it welds, in the air, while the speed changes, and at jumps of the correction.
+
+    A jump inside a weld is part of the weld, whatever makes it (`at_work`).
+
+    Args:
+        changing: (m,) moves of files that may change.
+    """
+    both, welding = (before, after), np.array([move.welding for move in plan.motion.moves])
     space = [d.space & changing[d.owner] for d in both]
     burning = [welding[d.owner] for d in both]
-    passing = [rows & in_transition(plan, d) for rows, d in zip(space, both, strict=True)]
+    passing = [rows & in_transition(plan, d, _idle(plan)) for rows, d in zip(space, both, strict=True)]
     space[1] = space[1] & ~passing[1]
     welds = [_counted(rows & lit, d.steady) for rows, lit, d in zip(space, burning, both, strict=True)]
     air = [_counted(rows & ~lit, d.steady) for rows, lit, d in zip(space, burning, both, strict=True)]
@@ -147,13 +162,17 @@ def _counted(space: Flags, steady: Flags) -> Flags:
     return space & steady if (space & steady).any() else space
 
 
-def worsened(figures: PathFigures, plan: CorrectionPlan, source: Source) -> list[Diagnostic]:
-    """CMP013, an error, if the corrected program deviates by more than the tolerance and twice the original."""
-    burning = (figures.arc_before, figures.arc, plan.motion.options.tolerance_m)
+def worsened(plan: CorrectionPlan, before: Deviation, after: Deviation, source: Source) -> list[Diagnostic]:
+    """CMP013, an error, if the corrected program deviates by more than the tolerance and twice the original.
+
+    Jumps do not count: a gap that a joint crosses was half as large on either side of it.
+    """
+    sizes = zip(_at_steady_speed(plan, before, ()), _at_steady_speed(plan, after, plan.transitions), strict=True)
+    tolerances = float(plan.path_tolerance.max()), plan.motion.options.tolerance_m
     findings = []
-    for before, after, tolerance in (burning, (figures.before, figures.after, float(plan.path_tolerance.max()))):
-        if before is not None and after is not None and after > max(tolerance, WORSE_RATIO * before):
-            text = f"the corrected program would be {1e3 * after:.5g} mm off, the original is {1e3 * before:.5g} mm"
+    for (was, stays), tolerance in zip(sizes, tolerances, strict=True):
+        if was is not None and stays is not None and stays > max(tolerance, WORSE_RATIO * was):
+            text = f"the corrected program would be {1e3 * stays:.5g} mm off, the original is {1e3 * was:.5g} mm"
             help_ = "nothing is written; please report this program"
             findings.append(Diagnostic("CMP013", "error", text, source, help=help_))
     return findings
@@ -168,19 +187,36 @@ def changing_files(plan: CorrectionPlan) -> Flags:
     return changing | (known & np.append(False, known[:-1]) & ~first)
 
 
-def in_transition(plan: CorrectionPlan, after: Deviation) -> np.ndarray:
+def at_work(plan: CorrectionPlan, t: Transition) -> bool:
+    """Whether what the correction leaves at a jump counts as all other deviations of its move do.
+
+    It does while the arc burns. In a program that welds nowhere, so does a joint that turns back along a line or arc;
+    there a load changes where the arm stops, and the correction passes over on purpose.
+    """
+    if any(move.welding for move in plan.motion.moves):
+        return plan.motion.moves[t.move].welding
+    return t.where not in (BEFORE_TARGET, FROM_START)
+
+
+def _idle(plan: CorrectionPlan) -> list[Transition]:
+    """The transitions that do not count as all other deviations of their move do."""
+    return [t for t in plan.transitions if not at_work(plan, t)]
+
+
+def in_transition(plan: CorrectionPlan, after: Deviation, transitions: Iterable[Transition]) -> Flags:
     """(n,) samples at which the correction passes from one state to another since the load or lost motion jumps.
 
     Args:
-        after: deviation at the n samples of the written program.
+        after: deviation at the n samples of the written program. transitions: those of the plan to look at.
     """
     samples = plan.motion.samples
     inside = np.zeros(len(after.distance), dtype=bool)
+    of_load = [t for t in transitions if t.of_load]
+    if not of_load:
+        return inside
     order = np.argsort(after.owner, kind="stable")
     first = np.searchsorted(after.owner[order], np.arange(len(samples.goal) + 1))
-    for t in plan.transitions:
-        if not t.of_load:
-            continue
+    for t in of_load:
         low, high = samples.u[t.samples[0]], samples.u[t.samples[1]]
         margin = 1.0 / max(1, int(samples.goal[t.move] - samples.start[t.move]))
         rows = order[first[t.move] : first[t.move + 1]]
@@ -188,8 +224,16 @@ def in_transition(plan: CorrectionPlan, after: Deviation) -> np.ndarray:
     return inside
 
 
-def transition_findings(plan: CorrectionPlan) -> list[Diagnostic]:
-    """The largest jump of the correction per statement: CMP008 (warning) while the arc burns, else CMP007 (info)."""
+def transition_findings(plan: CorrectionPlan, after: Deviation) -> list[Diagnostic]:
+    """The largest jump of the correction per statement: CMP008 (warning) where it counts, else CMP007 (info).
+
+    It counts while the arc burns, and along other lines and arcs (`at_work`) where it leaves more than the tolerance.
+
+    Args:
+        after: deviation at the n samples of the written program.
+    """
+    counted = in_transition(plan, after, [t for t in plan.transitions if at_work(plan, t)])
+    off = after.largest_of_moves(counted & after.space & after.steady)
     largest: dict[StatementKey, Transition] = {}
     changing = changing_files(plan)
     for t in plan.transitions:
@@ -202,15 +246,20 @@ def transition_findings(plan: CorrectionPlan) -> list[Diagnostic]:
             continue
         move = plan.motion.moves[t.move]
         text = f"the correction changes by {1e3 * t.size_m:.3f} mm {t.where}, within {t.duration:.2f} s"
-        if move.welding:
+        beyond = bool(off[t.move] > plan.path_tolerance[t.move])
+        if move.welding or beyond:
             action = "start and end the seam with a stop"
             if plan.motion.sides is not None:
                 action = "no target undoes lost motion: turn the torch or the work so that the joint goes on one way"
             elif plan.motion.options.force_on == "arc":
                 action += ", or let the force act on the whole program"
-            text += ", while the arc burns"
-            size = 1e3 * t.size_m
-            findings.append(finding("CMP008", "warning", move.event.statement, text, action, length_mm=size))
+            text += ", while the arc burns" * move.welding
+            remaining, tolerance = (1e3 * float(x[t.move]) for x in (off, plan.path_tolerance))
+            text += f": the path stays {remaining:.3f} mm off there, tolerance {tolerance:g} mm" * beyond
+            matter, size = Matter.OFF if beyond else None, remaining if beyond else 1e3 * t.size_m
+            findings.append(
+                finding("CMP008", "warning", move.event.statement, text, action, matter=matter, length_mm=size)
+            )
         else:
             findings.append(finding("CMP007", "info", move.event.statement, text))
     return findings

@@ -68,7 +68,7 @@ def judge_statements(
     """
     moves = {move.row: i for i, move in enumerate(plan.motion.moves)}
     runs = executions_of(events)
-    changing, passing = changing_files(plan), in_transition(plan, after)
+    changing, passing = changing_files(plan), in_transition(plan, after, plan.transitions)
     worst = after.largest_of_moves(after.space & after.steady & ~passing)
     samples = plan.motion.samples
     T_corrected = samples.curves.mounts.work(plan.exact.T_base_flange)
@@ -102,7 +102,7 @@ def judge_statements(
     if 0 < unseen == lines:
         text = "no line or arc could be measured: where they begin or end, or the load, is known only at run time"
         findings.append(Diagnostic("CMP017", "warning", text, program.sources[0], help="the deviations given are zero"))
-    findings += _searched_findings(outcomes, events) + transition_findings(plan)
+    findings += _searched_findings(outcomes, events) + transition_findings(plan, after)
     findings += transient_finding(plan, after, changing[after.owner] & ~passing)
     return outcomes, findings
 

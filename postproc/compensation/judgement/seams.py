@@ -10,7 +10,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.compensation.correction.curve import BEFORE_TARGET
 from postproc.compensation.correction.deviation import Deviation, path_tangents
-from postproc.compensation.judgement.figures import finding, in_transition
+from postproc.compensation.judgement.figures import at_work, finding, in_transition
 from postproc.compensation.plan import CorrectionPlan
 from postproc.compensation.seams import seams_of
 from postproc.compensation.text.values import StatementOutcome
@@ -75,7 +75,7 @@ def find_seams(
     """
     moves, samples = plan.motion.moves, plan.motion.samples
     rows = grouped((m.event.statement.key, i) for i, m in enumerate(moves) if m.welding and m.resumes_from is None)
-    passing = in_transition(plan, after)
+    passing = in_transition(plan, after, [t for t in plan.transitions if not at_work(plan, t)])
     in_figures = before.space & before.steady, after.space & after.steady & ~passing
     # Such targets are corrected for the state in which the next move starts, not for their own.
     own = ~np.isin(np.arange(len(moves)), [t.move for t in plan.transitions if t.where == BEFORE_TARGET and t.of_load])
