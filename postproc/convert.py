@@ -245,7 +245,9 @@ def _deviations(
     if retarget is not None and owners is not None:
         ran = [*retarget(ran, {j for j, i in enumerate(owners) if events[i].statement.key in served})]
     try:
-        return deviations_of(draft.model, plan, ran, owners, watch, PROOF), changed_confdata(events, ran, owners)
+        return deviations_of(draft.model, plan, ran, owners, watch=watch, step=PROOF), changed_confdata(
+            events, ran, owners
+        )
     except PostprocError as error:
         message = "the corrected program cannot be run by the arm, so nothing is written"
         help_ = "see the findings above" if error.diagnostics else "please report this program"

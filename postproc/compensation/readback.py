@@ -177,6 +177,7 @@ def deviations_of(
     plan: CorrectionPlan,
     ran: Sequence[MotionEvent],
     owners: Sequence[int] | None,
+    *,
     watch: Watch,
     step: tuple[str, float, float],
 ) -> list[tuple[Deviation, Deviation]]:

@@ -159,7 +159,7 @@ def refit_evidence(base: Linear, remaining: float, after: Fit, key: str) -> floa
     """Return the log evidence for one effect of a full fit beside the base, all its parameters counted (`laplace`).
 
     Args:
-        base: the fit without the effect; rest: sum of squares that the full fit leaves.
+        base: the fit without the effect; remaining: sum of squares that the full fit leaves.
         after: the full fit; key: of the effect.
     """
     effect = after.model.effect(key)
@@ -170,7 +170,7 @@ def refit_evidence(base: Linear, remaining: float, after: Fit, key: str) -> floa
     basis = basis_of(after.columns[:, ~of_effect], after.penalty[~of_effect])
     others = Linear(after.problem.residual, basis, after.problem.row)
     columns = after.columns[:, of_effect]
-    return laplace(base, remaining, columns.T @ others.project(columns), effect, after.model.robot, index)
+    return laplace(base, remaining, columns.T @ others.project(columns), effect, robot=after.model.robot, index=index)
 
 
 def within_noise(fit: Fit) -> bool:

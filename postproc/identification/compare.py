@@ -78,14 +78,14 @@ def residual_trends(fit: Fit) -> tuple[Trend, ...]:
     joint = joint_errors(fit) if space else error
     trends: list[Trend] = []
     for name, values in named.items():
-        member, centre = _bins(values[good])
+        bins = _bins(values[good])
         if space:
-            along = _trend(name, "space", error[:, seen] * 1e3, good, member, centre)
+            along = _trend(name, "space", error[:, seen] * 1e3, good, bins)
             trends.append(replace(along, direction=np.eye(3)[seen].T @ along.direction))
         at_joint = name[:-1] in ("q", "v", "dir", "load", "a") and name[-1] in "123456"
         j = int(name[-1]) - 1 if at_joint else 0
         if at_joint and (space or seen[j]):
-            trends.append(_trend(name, f"joint {j + 1}", joint[:, j : j + 1] * 1e3, good, member, centre))
+            trends.append(_trend(name, f"joint {j + 1}", joint[:, j : j + 1] * 1e3, good, bins))
     return tuple(sorted(trends, key=lambda t: -t.share))
 
 
@@ -102,29 +102,28 @@ def _bins(values: Array) -> tuple[NDArray[np.int_], Array]:
     return member, np.array([np.median(values[member == k]) for k in range(member.max() + 1)])
 
 
-def _trend(
-    name: str, where: str, rows: Array, good: NDArray[np.bool_], member: NDArray[np.int_], centre: Array
-) -> Trend:
+def _trend(name: str, where: str, rows: Array, good: NDArray[np.bool_], bins: tuple[NDArray[np.int_], Array]) -> Trend:
     """Return the trend of a residual over the bins of one channel.
 
     Args:
         name: of the channel; where: as in `Trend`; rows: (n, d) residual [mm], [mrad], d = 1 at a joint.
-        good: (n,) mask of the m rows that count; member: (m,) bin of each; centre: the channel in each bin.
+        good: (n,) mask of the m rows that count; bins: (m,) bin of each, and the channel in each bin, of `_bins`.
     """
+    member, centre = bins
     values = rows[good] - rows[good].mean(axis=0)
     direction = np.linalg.svd(values, full_matrices=False)[2][0]
     direction = direction * np.sign(direction[np.argmax(np.abs(direction))])
     main = values @ direction
-    bins = range(len(centre))
-    means = np.array([values[member == k].mean(axis=0) for k in bins])
+    each = range(len(centre))
+    means = np.array([values[member == k].mean(axis=0) for k in each])
     count = np.bincount(member)
     total = float(np.sum(values**2))
     between = float(np.sum(count[:, None] * means**2))
     share = between / total if total > 0 else 0.0
-    chance = (len(bins) - 1) / max(1, len(values) - 1)
+    chance = (len(each) - 1) / max(1, len(values) - 1)
     share = max(0.0, (share - chance) / (1 - chance)) if chance < 1 else 0.0
-    spread = np.array([main[member == k].std() for k in bins]) / np.sqrt(count)
-    mean = np.array([main[member == k].mean() for k in bins])
+    spread = np.array([main[member == k].std() for k in each]) / np.sqrt(count)
+    mean = np.array([main[member == k].mean() for k in each])
     every = np.full(len(rows), np.nan)
     every[good] = main
     return Trend(name, where, share, every, direction, centre, mean, spread)

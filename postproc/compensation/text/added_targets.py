@@ -254,7 +254,9 @@ class TargetAdder:
         order, move = np.argsort(u), np.full(len(u), i)
         end = np.array([len(u) - 1]), exact.q_goal[[i]]
         try:
-            q = follow(self.requester.robot, samples.curves, move, u[order], poses[order], exact.q[rows[0]], end)
+            q = follow(
+                self.requester.robot, samples.curves, move, u[order], poses[order], q_start=exact.q[rows[0]], ends=end
+            )
         except PostprocError:  # the proof says where the arm cannot follow
             return np.array([np.interp(shares, samples.u[rows], column) for column in exact.q[rows].T]).T
         return np.asarray(q[np.argsort(order)][len(others) :])

@@ -45,7 +45,7 @@ def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
     widest = np.inf if forms[best].effect.roughness() is not None else narrow
     starts = [(best, np.inf), *([(int(thin[np.argmax(worth[thin])]), widest)] if len(thin) < len(seen) else [])]
     grown = [
-        _grow(screen, linear, screen.appended(forms[i], None), measured.of(i), float(price[i]), w)
+        _grow(screen, linear, screen.appended(forms[i], None), measured.of(i), float(price[i]), widest=w)
         for i, w in dict.fromkeys(starts)
     ]
     chosen = replace(max(grown, key=lambda c: c.evidence), visible=float(measured.visible[seen].max()))
@@ -79,7 +79,7 @@ def _starts(forms: Forms, worth: Array) -> list[int]:
     return [i for at, i in enumerate(order) if [kinds[k] for k in order[:at]].count(kinds[i]) < STARTS_OF_EACH]
 
 
-def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float, widest: float = np.inf) -> Candidate:
+def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float, *, widest: float) -> Candidate:
     """Return the candidate of a form with further forms of its effect, added while each raises the evidence.
 
     Args:

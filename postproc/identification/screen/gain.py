@@ -159,7 +159,7 @@ def _gains(linear: Linear, stack: Stack, turns: JointTurns | None = None) -> Gai
 
 
 def laplace(
-    linear: Linear, remaining: float, gram: Array, effect: Effect, robot: Robot, index: NDArray[np.int_]
+    linear: Linear, remaining: float, gram: Array, effect: Effect, *, robot: Robot, index: NDArray[np.int_]
 ) -> float:
     """Return the log evidence of fitted parameters of one effect, each counted by what it moves in the data.
 
@@ -169,7 +169,7 @@ def laplace(
     a half below the floor is implausible.
 
     Args:
-        linear: the fit without the effect; rest: the sum of squares with it.
+        linear: the fit without the effect; remaining: the sum of squares with it.
         gram: (p, p) C^T M C of the parameters' columns; index: (p,) which entries of the effect's vector they are.
     """
     x, wide, amplitude = effect.vector()[index], ordinary_sizes(effect, robot)[index], effect.amplitudes()[index]

@@ -67,7 +67,7 @@ def check_measurements(
         readings = [cells.finding("DAT009", "warning", *RADIANS)] if small else []
     else:
         arm = PlacedArm(robot, data.state.T_reference_base)
-        readings = _check_readings(data, arm, replace(agreed, rows=rows), cells, unit, turns)
+        readings = _check_readings(data, arm, replace(agreed, rows=rows), cells, unit=unit, turns=turns)
         if has_errors(readings):
             return findings + readings
         single = [] if readings else single
@@ -76,7 +76,7 @@ def check_measurements(
 
 
 def _check_readings(
-    data: Measurements, arm: PlacedArm, agreed: Agreement, cells: Cells, unit: str, turns: Turns | None
+    data: Measurements, arm: PlacedArm, agreed: Agreement, cells: Cells, *, unit: str, turns: Turns | None
 ) -> list[Diagnostic]:
     """Return one DAT009 where the points do not fit the nominal arm, with what explains it if anything does; else [].
 
@@ -97,7 +97,6 @@ def _check_readings(
     far = np.linalg.norm(as_read.residual, axis=1) > MISMATCH_M
     if fits(as_read) and not nominal and MANY_FAR * far.sum() < len(far):
         return []
-
     mismatch = partial(cells.finding, "DAT009")
     if nominal:
         message = f"the points are the nominal arm's own, to {1e3 * as_read.typical:.4f} mm: no arm is so exact"
@@ -107,7 +106,7 @@ def _check_readings(
     if fits(as_read) or agreed.fits:
         return []
     oriented = None if turns is None else replace(turns, numbers=turns.numbers[sample])
-    if other := other_reading(placed, q, y, as_read, unit, lambda angles: _agree(placed, angles, q, oriented)):
+    if other := other_reading(placed, q, y, as_read, unit=unit, allowed=partial(_agree, placed, oriented, q)):
         return [mismatch("error", *other)]
     if as_read.typical < SUSPICIOUS_M:
         # Few poses in a small part of space tell neither a scale nor a mirror.
@@ -126,7 +125,8 @@ def _check_readings(
         counts = [poses_among(data.state.q[rows[session == name]]) for name in sessions]
         poses, largest = max(counts), sessions[np.argmax(counts)]
         if poses >= FEWEST_PLACED:
-            return _check_readings(data, arm, replace(agreed, rows=rows[session == largest]), cells, unit, turns)
+            agreed = replace(agreed, rows=rows[session == largest])
+            return _check_readings(data, arm, agreed, cells, unit=unit, turns=turns)
         message = f"no session has more than {poses} poses, and the points were not all seen from one place: "
         message += "nothing tells where the instrument stood"
         help_ = f"measure {FEWEST_ROWS_JUDGED} poses or more from each place of the instrument, in one session"
@@ -137,11 +137,11 @@ def _check_readings(
     return [mismatch("error" if as_read.typical > MISMATCH_M else "warning", message, help_)]
 
 
-def _agree(arm: PlacedArm, angles: Array, as_read: Array, turns: Turns | None) -> bool:
+def _agree(arm: PlacedArm, turns: Turns | None, as_read: Array, angles: Array) -> bool:
     """Return whether orientations follow other joint angles no worse than those that were read; True if none tell.
 
     Args:
-        arm: at the n rows; angles: (n, 6) the others [rad]; as_read: (n, 6) [rad].
+        arm: at the n rows; as_read: (n, 6) [rad]; angles: (n, 6) the others [rad].
     """
     good = np.zeros(len(angles), dtype=bool) if turns is None else np.isfinite(turns.numbers).all(axis=1)
     if turns is None or good.sum() < FEWEST_ROWS_JUDGED:

@@ -103,8 +103,9 @@ def other_reading(
     q: Array,
     position: Array,
     as_read: Alignment,
-    unit: str = "mm",
-    allowed: Callable[[Array], bool] = lambda q: True,
+    *,
+    unit: str,
+    allowed: Callable[[Array], bool],
 ) -> tuple[str, str] | None:
     """Return (message, help) of another reading of the table that makes the points fit clearly better; None for none.
 

@@ -177,6 +177,7 @@ def _check_strays(changes: LoadChanges, data: Measurements, cells: Cells) -> Ite
         return
 
     def misses(x: Array) -> Array:
+        """Return the misses of the changes [ruler readings] with logarithms x (6,) of the compliances, and x itself."""
         return np.append((changes.by_joint @ np.exp(x) - changes.change) / DIAL_M, x / COMPLIANCE_LOG)
 
     best = least_squares(misses, np.zeros(6), loss="soft_l1", max_nfev=200).x

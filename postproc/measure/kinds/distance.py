@@ -34,6 +34,7 @@ class Distance(ReadingKind):
         centre, reach = np.median(p, axis=0), float(np.median(r))
 
         def misses(c: Array) -> Array:
+            """Return the errors (m,) [m] of the distances from an anchor at c (3,) [m]."""
             return np.asarray(np.linalg.norm(p - c, axis=1) - r)
 
         guesses = [centre + reach * side * axis for axis in np.eye(3) for side in (-1.0, 1.0)]

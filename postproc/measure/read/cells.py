@@ -101,10 +101,10 @@ class Cells:
                 wrong.append(i)
         huge = np.abs(values) > LARGEST_READING
         values[huge] = np.nan
-        self._report(np.flatnonzero(huge).tolist(), name, diagnostics, "DAT005", "is no measured number", help_)
+        diagnostics += self._wrong(np.flatnonzero(huge).tolist(), name, "DAT005", "is no measured number", help_)
         if any(NUMBER_WITH_UNIT.match(cells[i]) for i in wrong):
             help_ = "write the number alone, and its unit behind the column's name: `X [mm]`"
-        self._report(wrong, name, diagnostics, "DAT003", "is not a number", help_)
+        diagnostics += self._wrong(wrong, name, "DAT003", "is not a number", help_)
         if 2 * len(wrong) > np.isfinite(values).sum() + len(wrong) and diagnostics:
             # So many are no slips: the column is not what it is taken for.
             diagnostics[-1] = replace(diagnostics[-1], severity="error")
@@ -115,23 +115,21 @@ class Cells:
             values[nines & away] = np.nan
             what = "is far from all other values there, as instruments write what they did not see"
             rows = np.flatnonzero(nines & away).tolist()
-            self._report(rows, name, diagnostics, "DAT005", what, "leave such cells empty")
+            diagnostics += self._wrong(rows, name, "DAT005", what, "leave such cells empty")
         return values
 
-    def _report(
-        self, rows: list[int], name: str | int, diagnostics: list[Diagnostic], code: str, what: str, help_: str
-    ) -> None:
-        """Add one finding about cells of a column, at the first of some rows; none where there are no rows.
+    def _wrong(self, rows: list[int], name: str | int, code: str, what: str, help_: str) -> list[Diagnostic]:
+        """Return one finding about cells of a column, at the first of some rows; none where there are no rows.
 
         Args:
             rows: indices from 0; what: end of the message, after the cell and the column; help_: what to do.
         """
-        if rows:
-            at = self.at(name)
-            others = f" (and {len(rows) - 1} more)" if rows[1:] else ""
-            message = f"`{self.rows[rows[0]][at]}`{others} in column `{self.header[at]}` {what}"
-            help_ = f"{help_}; it counts as not measured"
-            diagnostics.append(self.finding(code, "warning", message, help_, rows[0]))
+        if not rows:
+            return []
+        at = self.at(name)
+        others = f" (and {len(rows) - 1} more)" if rows[1:] else ""
+        message = f"`{self.rows[rows[0]][at]}`{others} in column `{self.header[at]}` {what}"
+        return [self.finding(code, "warning", message, f"{help_}; it counts as not measured", rows[0])]
 
 
 def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic], every: bool = False) -> Cells:

@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.diagnostics import Diagnostic, Matter, PostprocError, Source
-from postproc.measure.read.cells import Cells
+from postproc.diagnostics import Matter, PostprocError, Source
 from postproc.measure.read.lookup import Table
 from postproc.motion.path.places import UNKNOWN_AXES, place_events, unit_of
 from postproc.rapid.data.events import MotionEvent
@@ -28,19 +27,14 @@ LARGEST_UNREACHED_SHARE = 0.2
 
 
 def commanded_joints(
-    robot: Robot,
-    position: Array,
-    rotation: Array,
-    configuration: Array | None,
-    cells: Cells,
-    diagnostics: list[Diagnostic],
+    robot: Robot, position: Array, rotation: Array, configuration: Array | None, table: Table
 ) -> Array:
     """Return joint angles (n, 6) [rad] of commanded flange poses by the controller's nominal inverse kinematics.
 
     Args:
         position: (n, 3) [m] and rotation: (n, 3, 3) of tool0 in the base.
         configuration: (n, 4) cf1, cf4, cf6, cfx; zeros where None.
-        cells: the table, for places in the file; diagnostics: gets DAT012 for rows that the arm cannot reach.
+        table: for places in the file; its findings get DAT012 for rows that the arm cannot reach.
 
     Such rows become NaN.
 
@@ -55,11 +49,11 @@ def commanded_joints(
         message = f"{len(failures)} of {len(T)} commanded poses cannot be reached in their configuration"
         help_ = "`cmd_` is the pose of the flange (tool0) in the base, in mm: are these of the TCP, in a work object, "
         help_ += f"in metres? Does `cmd_qw` come first? Row {failures[0].index + 1}: {failures[0].message}"
-        raise PostprocError.of("DAT012", message, cells.source, cells.span(failures[0].index), help_)
+        raise PostprocError.of("DAT012", message, table.cells.source, table.cells.span(failures[0].index), help_)
     for failure in failures:
         message = f"row {failure.index + 1}: {failure.message}"
         help_ = failure.help or "check the units, the tool (commanded poses are of tool0) and cf1, cf4, cf6, cfx"
-        diagnostics.append(cells.finding("DAT012", "warning", message, help_, failure.index))
+        table.diagnostics.append(table.cells.finding("DAT012", "warning", message, help_, failure.index))
     return solution.q
 
 

@@ -265,7 +265,7 @@ def _commanded(table: Table, robot: Robot, program: Source | Sequence[Source] | 
             message = "column `target` names robtargets, and the program that was run is not given"
         raise PostprocError.of("DAT002", message, cells.source, help=missing_help(cells, names.JOINT_COLUMNS, ANGLES))
     configuration = table.vector(names.CONFIGURATION_COLUMNS, fill=0.0)
-    return Commanded(commanded_joints(robot, position, turns.matrix, configuration, cells, table.diagnostics))
+    return Commanded(commanded_joints(robot, position, turns.matrix, configuration, table))
 
 
 def _frames(table: Table, position: Sequence[str], orientation: Sequence[str]) -> Array | None:

@@ -148,7 +148,7 @@ def _followed(robot: Robot, T_base_flange: Array, before: Array) -> Array:
 
 
 def follow(
-    robot: Robot, curves: Curves, move: Index, u: Array, T_work_tcp: Array, q_start: Array, ends: tuple[Index, Array]
+    robot: Robot, curves: Curves, move: Index, u: Array, T_work_tcp: Array, *, q_start: Array, ends: tuple[Index, Array]
 ) -> Array:
     """Joint angles (n, 6) [rad] in which the arm follows commanded poses, in finer steps where its wrist is straight.
 

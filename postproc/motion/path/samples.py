@@ -164,7 +164,8 @@ def sample_moves(robot: Robot, moves: Sequence[Move], intervals: Array) -> Sampl
     tracked[move[np.isnan(q[:, 0])]] = True
     for a, b in stretches(tracked & ~first):
         rows = slice(start[a], goal[b - 1] + 1)
-        q[rows] = follow(robot, curves, move[rows], u[rows], T[rows], known[a - 1], (goal[a:b] - start[a], known[a:b]))
+        ends = goal[a:b] - start[a], known[a:b]
+        q[rows] = follow(robot, curves, move[rows], u[rows], T[rows], q_start=known[a - 1], ends=ends)
     reached = q[goal]
     q[goal] = known  # exactly what the confdata says
     blend, stop = np.broadcast_to(False, len(u)), np.broadcast_to(True, len(moves))
@@ -283,7 +284,7 @@ def _examine(robot: Robot, moves: tuple[Move, ...], path: Samples, in_space: Fla
     findings = []
 
     def report(
-        rows: Index, code: str, severity: Severity, message: Callable[[int], str], help: str, joint: str = ""
+        rows: Index, code: str, severity: Severity, message: Callable[[int], str], help: str, *, joint: str = ""
     ) -> None:
         """Add one finding for each move that has samples among ``rows``, at the first of them.
 
@@ -302,7 +303,7 @@ def _examine(robot: Robot, moves: tuple[Move, ...], path: Samples, in_space: Fla
         np.flatnonzero(excess.max(axis=1) > 0.0), "MOT002", "error",
         lambda i: _limit_message(robot, path.q[i], int(np.argmax(excess[i]))),
         "give the target another configuration, or pass the place another way",
-        "give this target, or the one before it, other joint angles, or pass another target between them",
+        joint="give this target, or the one before it, other joint angles, or pass another target between them",
     )  # fmt: skip
     step = np.abs(np.diff(path.q, axis=0, prepend=path.q[:1]))
     step[path.starts_chain()] = 0.0
@@ -317,7 +318,7 @@ def _examine(robot: Robot, moves: tuple[Move, ...], path: Samples, in_space: Fla
         np.flatnonzero(jump), "MOT003", "error",
         lambda i: f"joint {np.argmax(step[i]) + 1} would turn by {np.degrees(step[i].max()):.0f} deg at once",
         "the path runs through a singularity: turn the tool a little, or use a joint move",
-        "the way before arrives in another configuration than it states: correct the target before this one",
+        joint="the way before arrives in another configuration than it states: correct the target before this one",
     )  # fmt: skip
     report(
         np.flatnonzero(missed), "MOT004", "error",
