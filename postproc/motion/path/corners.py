@@ -35,6 +35,7 @@ SMOOTHING = (
 _PEAK = 1.5  # largest acceleration in a corner over the mean, by h
 _STEP = 1e-3  # fraction of a move over which its joint speeds are found
 _IN_PLACE = 1e-6  # [m] a move shorter than this only turns the tool
+_ROUNDING = 1e-9  # fraction of a move
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,8 +175,9 @@ def _locate(move: Index, u: Array, before: Array, after: Array) -> tuple[Index, 
     Returns:
         Rows (k,) of the samples in a corner; index (k,) of the incoming move; w (k,) in [0, 1] through the corner.
     """
-    leaving = (before[move] > 0) & (u > 1.0 - before[move])
-    entering = (after[move] > 0) & (u < after[move])
+    # Samples stand at both ends of a corner: rounding must not say on which side of it they are.
+    leaving = (before[move] > 0) & (u > 1.0 - before[move] + _ROUNDING)
+    entering = (after[move] > 0) & (u < after[move] - _ROUNDING)
     w = np.where(leaving, 0.5 * (u - 1.0 + before[move]) / np.where(leaving, before[move], 1.0), 0.0)
     w = np.where(entering, 0.5 + 0.5 * u / np.where(entering, after[move], 1.0), w)
     rows = np.flatnonzero(leaving | entering)
