@@ -141,6 +141,22 @@ def test_the_seam_of_the_readme_says_what_the_package_says_today() -> None:
     assert text.findall(draw()) == text.findall((DOCS / "figures" / "seam.svg").read_text("utf-8"))
 
 
+def test_pages_for_users_name_no_revisions_and_no_files_of_the_package() -> None:
+    """What a user reads does not change with the package's files; the page of evidence names the commands that make it."""
+    contents = re.findall(r"^:caption: ([^\n]+)\n(.*?)^```", (DOCS / "index.md").read_text("utf-8"), re.M | re.S)
+    names = [name for caption, list_ in contents if caption != "How it works" for name in list_.split()]
+    pages = [DOCS / f"{name}.md" for name in ["index", *names] if re.fullmatch(r"[a-z-]+", name) and name != "how-good"]
+    files = "|".join(re.escape(path.name) for path in (ROOT / "postproc").rglob("*.py"))
+    revision = r"\b(?=[0-9]*[a-f])(?=[a-f]*[0-9])[0-9a-f]{7,40}\b"
+    inner = re.compile(rf"{revision}|\btests?[./][a-z_]\w*|postproc/\w[\w/]*\.py|`(?:{files})`")
+    found = {}
+    for page in [ROOT / "README.md", *pages, *(DOCS / "diagnostics").glob("*.md")]:
+        prose = re.sub(r"^```.*?^```", "", page.read_text("utf-8"), flags=re.M | re.S)
+        found[page.name] = inner.findall(prose)
+    assert len(found) > 30
+    assert {name: words for name, words in found.items() if words} == {}
+
+
 def test_every_page_stands_in_the_contents() -> None:
     """Sphinx says so, too; here it is told without it."""
     listed = set()
