@@ -11,6 +11,8 @@ from postproc.numbers import fixed
 
 Tone = Literal["", "good", "info", "warning", "error"]
 """What a line says: nothing, a success, or a finding of that severity."""
+DIGITS = 4
+"""Of the largest number of a column whose decimals nobody states."""
 Values = Mapping[str, Any]
 """What ``--json`` prints, or a part of it: plain values by key."""
 
@@ -64,9 +66,12 @@ class DataTable:
     decimals: int | Sequence[int | None] | None = None
     tones: Sequence[Tone] = ()
 
-    def decimals_of(self, k: int) -> int | None:
-        """Return the decimals of column k, None where its numbers decide."""
-        return self.decimals if self.decimals is None or isinstance(self.decimals, int) else self.decimals[k]
+    def decimals_of(self, k: int) -> int:
+        """Return the decimals of the floats of column k: as stated, else four digits of the largest of them."""
+        stated = self.decimals if self.decimals is None or isinstance(self.decimals, int) else self.decimals[k]
+        cells = (row[k] for row in self.rows)
+        largest = max((abs(c) for c in cells if isinstance(c, float) and math.isfinite(c)), default=0.0) or 1.0
+        return min(max(DIGITS - 1 - math.floor(math.log10(largest)), 0), DIGITS) if stated is None else stated
 
     @property
     def shown(self) -> list[int]:
@@ -120,20 +125,17 @@ class Chart:
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """A part of the scene that a page draws here, by the name that the template of the scene has for it."""
+    """A part of the scene that a page draws here.
+
+    Args:
+        name: that the template of the scene has for it. chooses: a click in it chooses what the others show.
+    """
 
     name: str
+    chooses: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Columns:
-    """Blocks that stand side by side on a page that is wide enough."""
-
-    first: Sequence[Block]
-    second: Sequence[Block]
-
-
-Block = str | DataTable | Bars | Chart | View | Columns
+Block = str | DataTable | Bars | Chart | View
 """A text is prose, with `names` set apart."""
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Sequence
 from functools import cache
 from html import escape
 from typing import Any
@@ -14,7 +13,7 @@ from markupsafe import Markup
 
 from postproc import __version__
 from postproc.files import resource
-from postproc.report.blocks import Bars, Block, Chart, Columns, DataTable, Document, View, is_number, plain
+from postproc.report.blocks import Bars, Block, Chart, DataTable, Document, View, is_number, plain
 from postproc.report.drawing.charts import bars
 
 SCRIPTS = {
@@ -27,6 +26,8 @@ SCRIPTS = {
 """Of every page, and of each scene."""
 STYLES = {name: name for name in ("vendor/uplot.min", "course", "programs", "differences", "steps")}
 """Style sheets by the script that needs them."""
+COLUMN = 90
+"""Letters of a table's row that stand in half the width of a page."""
 
 
 def render_page(document: Document) -> str:
@@ -37,6 +38,12 @@ def render_page(document: Document) -> str:
     headline, *details = re.split(r"(?<=[.!?])\s+(?=[A-Z\d`])|\n", document.sentence)
     stage, bar = ("", "") if scene is None else (scene.stage, scene.controls)
     drawn = [(section, "".join(_html(block, of) for block in section.blocks)) for section in document.sections]
+    places = [(section, Markup(html)) for section, html in drawn if html]
+    # Beside a picture stand the first section and those that choose what it shows; the others take the whole width.
+    beside = [p for k, p in enumerate(places) if stage and (k == 0 or any(map(_chooses, p[0].blocks)))]
+    others = [p for p in places if p not in beside]
+    folded = [p for p in others if p[0].folded]
+    wide = [p for p in others if not p[0].folded and any(map(_is_wide, p[0].blocks))]
     page = render(
         "page.html.j2",
         title=document.title,
@@ -47,9 +54,10 @@ def render_page(document: Document) -> str:
         key=[figure for figure in document.figures if figure.value is not None],
         stage=render(f"{of}.html.j2", view=stage) if stage else "",
         bar=render(f"{of}.html.j2", view=bar) if bar else "",
-        sections=[
-            (section, prose(section.title), prose(section.note), Markup(html)) for section, html in drawn if html
-        ],
+        beside=beside,
+        narrow=[p for p in others if p not in folded and p not in wide],
+        wide=[*wide, *folded],
+        prose=prose,
         style=Markup("\n").join(asset(f"{name}.css") for name in styles),
         document=embedded(plain(document.values)),
         data={} if scene is None else {of: embedded(plain(scene.data()))},
@@ -70,6 +78,31 @@ def render_sheet(document: Document) -> str:
     return str(
         render("sheet.html.j2", document=document, drawings=drawings, style=asset("page.css"), version=__version__)
     )
+
+
+def _chooses(block: Block) -> bool:
+    """Tell whether a click in a block chooses what the picture of the page shows."""
+    match block:
+        case DataTable():
+            return bool(block.view)
+        case Bars():
+            return bool(block.steps)
+        case View():
+            return block.chooses
+    return False
+
+
+def _is_wide(block: Block) -> bool:
+    """Tell whether a block needs the width of a page: several charts side by side, or a table of more than a column."""
+    match block:
+        case DataTable():
+            cells = ([block.columns[k], *(row[k] for row in block.rows)] for k in block.shown)
+            return sum(max(len("" if c is None else str(c)) for c in column) + 3 for column in cells) > COLUMN
+        case Chart():
+            return block.least > 0
+        case View():
+            return True
+    return False
 
 
 def _html(block: Block, scene: str) -> str:
@@ -94,9 +127,6 @@ def _html(block: Block, scene: str) -> str:
         case Chart(draw, least):
             charts = "".join(draw())  # side by side, as many in a row as fit with so many pixels each
             return f'<div class="grid" style="--least: {least}px">{charts}</div>' if least and charts else charts
-        case Columns(first, second):
-            sides = ("".join(_html(inside, scene) for inside in side) for side in (first, second))
-            return f'<div class="sides even">{"".join(f"<div>{side}</div>" for side in sides)}</div>'
 
 
 def render(template: str, **values: Any) -> Markup:
@@ -133,7 +163,9 @@ def table_values(block: DataTable) -> Markup:
     """Encode a table for the scripts of a page: columns with values, rows of cells, and the column that has links."""
     every = [[row[k] for row in block.rows] for k in range(len(block.columns))]
     numbers = [any(map(is_number, cells)) and all(c is None or is_number(c) for c in cells) for cells in every]
-    decimals = [block.decimals] * len(block.columns) if not isinstance(block.decimals, Sequence) else block.decimals
+    decimals = [
+        block.decimals_of(k) if any(isinstance(c, float) for c in every[k]) else None for k in range(len(every))
+    ]
     shown, (column, links) = block.shown, block.links or (None, ())
     spec = {
         "label": block.label,

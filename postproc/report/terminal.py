@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 
-from postproc.report.blocks import Bars, Block, Columns, DataTable, Document, Tone, is_number
+from postproc.report.blocks import DIGITS, Bars, Block, DataTable, Document, Tone, is_number
 
 Line = tuple[Tone, str]
 """What a line says, and its text."""
 
-DIGITS = 4
 """Significant digits of the largest number of a column."""
 
 
@@ -72,9 +70,6 @@ def _lines(block: Block, every: bool) -> Iterator[Line]:
             for name, value, note in rows:
                 shown = "unknown" if value is None else f"{value:.3f}"
                 yield "", f"  {name:{width}}  {shown:>8}   {note}".rstrip()
-        case Columns(first, second):
-            for inside in (*first, *second):
-                yield from _lines(inside, every)
 
 
 def _table(block: DataTable, every: bool) -> Iterator[Line]:
@@ -106,11 +101,8 @@ def _column(block: DataTable, k: int, chosen: Sequence[int]) -> list[str]:
     """
     cells = [row[k] for row in block.rows]
     right = all(c is None or is_number(c) for c in cells)
-    largest = max((abs(c) for c in cells if isinstance(c, float) and math.isfinite(c)), default=0.0) or 1.0
-    decimals = block.decimals_of(k)
-    if decimals is None:
-        decimals = min(max(DIGITS - 1 - math.floor(math.log10(largest)), 0), DIGITS)
-    texts = [block.columns[k], *(_text(cells[i], f"z.{decimals}f" if right else f".{DIGITS}g") for i in chosen)]
+    number = f"z.{block.decimals_of(k)}f" if right else f".{DIGITS}g"
+    texts = [block.columns[k], *(_text(cells[i], number) for i in chosen)]
     width = max(map(len, texts))
     return [text.rjust(width) if right else text.ljust(width) for text in texts]
 

@@ -19,7 +19,7 @@ REACH = 3.0
 NORMAL_95 = 1.96
 STRONG, MOST_PAIRS = 0.5, 8
 """Correlation from which a pair is told, and how many pairs at most."""
-CELL, LETTER, MOST_DRAWN = 13, 6.6, 40
+CELL, LETTER, MOST_DRAWN = 15, 6.6, 40
 """Pixels of a cell of the heat map and of a letter beside it, and the most parameters that it has."""
 
 
@@ -133,7 +133,7 @@ def correlation_map(fit: Fit, words: Words) -> str:
     cells = []
     for row, i in enumerate(index):
         y = CELL * row + 2
-        cells.append(f'<text x="{left - 6}" y="{y + 10}" text-anchor="end">{escape(labels[row])}</text>')
+        cells.append(f'<text x="{left - 6}" y="{y + 11}" text-anchor="end">{escape(labels[row])}</text>')
         for column, j in enumerate(index[: row + 1]):
             kind, value = "plus" if rho[i, j] >= 0 else "minus", float(abs(rho[i, j]))
             title = f"<title>{escape(labels[row])}, {escape(labels[column])}: {rho[i, j]:+.2f}</title>"

@@ -67,7 +67,7 @@ def conversion_document(name: str, conversion: Conversion, made: Mapping[str, st
         basis=_basis(values, made or {}) if moved else "",
         sections=[
             Section("Seam by seam [mm]", [_seam_table(values)], ALONG_NOTE),
-            Section("Program", [View("text")] if moved else [], IN_SPACE_NOTE),
+            Section("Program", [View("text", chooses=True)] if moved else [], IN_SPACE_NOTE),
             work_object_section(values),
             Section("Every motion statement", [DataTable("statements", STATEMENT, statements, (), view=shown)]),
             Section("Joints", [View("joints")] if moved else [], JOINTS_NOTE),

@@ -12,7 +12,7 @@ from postproc.estimation.posterior import anywhere
 from postproc.identification.add import LEAST_FALL, Addition, FitFigures
 from postproc.measure.errors import rms
 from postproc.model.uncertainty.prediction import predict_sigma
-from postproc.numbers import mm
+from postproc.numbers import decimals_of, mm
 from postproc.report.blocks import Bar, Bars, DataTable, Document, Figure, Section, Values, View
 from postproc.report.drawing.residuals import channel_sections
 from postproc.report.drawing.steps import Rung, steps_data
@@ -85,7 +85,7 @@ def addition_document(name: str, addition: Addition) -> Document:
         ],
         sections=[
             Section(f"The error step by step, {each} on {rows}", [bars, View("evidence")], FALL),
-            Section("Where it holds", [_where(values["regions"])], HOLDS),
+            Section("Where it holds", [_where(values["regions"], floor)], HOLDS),
             *workspace_section(kind.name, "What it follows, at this step", program=True),
             Section(f"What each effect is worth, {each} on {rows}", [worth], EACH_NOTE),
             *channel_sections(fit, "What the rest follows", folded=True),
@@ -174,14 +174,14 @@ def _region_values(addition: Addition) -> dict[str, Any] | None:
     return {**entries, "local": regions.surest is not None}
 
 
-def _where(regions: Values | None) -> DataTable:
+def _where(regions: Values | None, floor: float) -> DataTable:
     """Return a table of the errors before and after, and of those to expect, near the measured rows and elsewhere.
 
     Args:
-        regions: that entry of the document; None gives no rows.
+        regions: that entry of the document; None gives no rows. floor: the noise [mm], by which decimals go.
     """
     rows = [[text, *regions[key].values()] for key, text in REGIONS.items()] if regions else []
-    return DataTable("where", ("where", "before mm", "after mm", "expected mm"), rows)
+    return DataTable("where", ("where", "before mm", "after mm", "expected mm"), rows, decimals=decimals_of(floor))
 
 
 def _rungs(addition: Addition) -> list[Rung]:

@@ -11,7 +11,7 @@ from postproc.channels.units import unit_of
 from postproc.estimation.findings import subsample_findings
 from postproc.identification.compare import Comparison, Trend, sizes, worst_rows
 from postproc.measure.errors import rms
-from postproc.numbers import mm, mm_or_none
+from postproc.numbers import decimals_of, mm, mm_or_none
 from postproc.report.blocks import Bar, Bars, Chart, DataTable, Document, Figure, Scene, Section, Values, View
 from postproc.report.drawing.laws import law_charts, laws_of
 from postproc.report.drawing.residuals import channel_sections
@@ -150,13 +150,13 @@ def workspace_section(observed: str, title: str, program: bool = False) -> list[
 
 
 def steps_scene(observed: str, steps: Callable[[], Values], several: bool = False) -> Scene:
-    """Return the scene of a page with steps: residuals in space, or without measured positions the controls alone.
+    """Return the scene of a page with steps: residuals in space, where positions were measured, and the controls.
 
     Args:
         observed: what was measured. steps: returns ``steps_data``. several: there is more than one step.
     """
     space = observed == "position"
-    return Scene("steps", steps, "controls" if several and not space else "", "stage" if space else "")
+    return Scene("steps", steps, "controls" if several else "", "stage" if space else "")
 
 
 def _sentence(comparison: Comparison, values: Values) -> str:
@@ -203,6 +203,7 @@ def _figures(values: Values, comparison: Comparison) -> list[DataTable]:
         values: the document of the comparison.
     """
     kind = comparison.fit.observed
+    digits = decimals_of(values[kind.key("noise")] or 0.0)
     within, along = values[kind.key("percentiles")], values[kind.key(f"per_{kind.each}")]
     single = [
         *((f"{share} of the poses are within", within[p]) for p, share in WITHIN.items()),
@@ -211,8 +212,8 @@ def _figures(values: Values, comparison: Comparison) -> list[DataTable]:
     ]
     axes = [(name, float(v["rms"]), float(v["mean"]) + 0.0) for name, v in along.items()]
     return [
-        DataTable("axes", (kind.each, f"rms [{kind.unit}]", f"mean [{kind.unit}]"), axes),
-        DataTable("figures", ("figure", kind.unit), single),
+        DataTable("axes", (kind.each, f"rms [{kind.unit}]", f"mean [{kind.unit}]"), axes, decimals=digits),
+        DataTable("figures", ("figure", kind.unit), single, decimals=digits),
     ]
 
 

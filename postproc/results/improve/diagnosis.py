@@ -18,7 +18,7 @@ from postproc.identification.diagnosis import Diagnosis, law_of_suspect
 from postproc.identification.joint_curves import JointCurve, curves
 from postproc.identification.screen.candidate import Candidate
 from postproc.measure.errors import rms
-from postproc.numbers import mm, mm_or_none
+from postproc.numbers import decimals_of, mm, mm_or_none
 from postproc.report.blocks import Bar, Bars, Chart, DataTable, Document, Figure, Section, Values, View
 from postproc.report.drawing.residuals import channel_sections, suspect_chart
 from postproc.report.drawing.steps import Rung, steps_data
@@ -242,7 +242,10 @@ def _missing_section(d: Diagnosis) -> Section:
     kind = d.base.observed
     rows = [(m.key, title(d, m), place(m.label), p_text(m.p_value), mm(m.held_out_after)) for m in d.missing]
     columns = ("effect", "what it is", "form", "p", f"held out with it [{kind.unit}]")
-    tables = (DataTable("missing effects", columns, rows), parameter_table(d.model, [m.key for m in d.missing]))
+    tables = (
+        DataTable("missing effects", columns, rows, decimals=decimals_of(d.floor * 1e3 if d.floor else 0.0)),
+        parameter_table(d.model, [m.key for m in d.missing]),
+    )
     extremes = []
     # Of a smooth correction: where each joint's curve is lowest and highest, and the median of its deviation.
     for curve in (c for m in d.missing if _kind_values(d, m.key)["is"] != "cause" for c in curves(d.model, m.key)):
@@ -276,9 +279,15 @@ def _ranking(d: Diagnosis, values: Values) -> Section:
         (c["effect"], c[after], p_text(c["p_value"]), c["evidence"], place(c["form"]), c["why_not"] or "")
         for c in values["candidates"]
     ]
+    digits = [None, decimals_of(values[kind.key("floor")] or 0.0), None, 1, None, None]
     columns = ("effect", f"rms after [{kind.unit}]", "p", "evidence", "form", "not testable because")
     heading = f"Ranking, each effect alone on the model as it came: rms per {kind.each} on the fitted rows"
-    return Section(heading, [DataTable("ranking", columns, rows, brief_ranking(d.candidates))], RANKED, folded=True)
+    return Section(
+        heading,
+        [DataTable("ranking", columns, rows, brief_ranking(d.candidates), decimals=digits)],
+        RANKED,
+        folded=True,
+    )
 
 
 def brief_ranking(ranked: Sequence[Candidate]) -> list[int]:

@@ -28,7 +28,7 @@ def first_plan_document(name: str, plan: SetupPlan) -> Document:
     loads = [load or "none" for load in plan.loads]
     rows = list(zip(plan.ids, *zip(*q, strict=True), loads, plan.words, [x or "" for x in change], strict=True))
     drawn = Chart(lambda: posture_drawings(plan.model, plan.state.q, plan.ids, gauge * plan.direction), DRAWING_WIDTH)
-    table = DataTable("set-ups", columns, rows, brief=range(3))
+    table = DataTable("set-ups", columns, rows, brief=range(3), decimals=[None, *[1] * 6, None, None, 3])
     sections = [Section("Readings", [table]), Section("Postures from the side", [drawn])]
     keys = ("pose_id", "name", "load", "expected_change_mm")
     listed = zip(plan.ids, plan.names, plan.loads, [mm(x, 4) for x in plan.change], strict=True)

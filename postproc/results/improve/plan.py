@@ -56,8 +56,14 @@ def _poses_blocks(plan: MeasuringPlan) -> list[Block]:
     angles = np.degrees(state.q).round(1).T.tolist()
     loads = [None] * len(state) if state.payload_mass is None else state.payload_mass.round(3).tolist()
     places = ["{:.0f}, {:.0f}, {:.0f}".format(*p) for p in 1e3 * plan.T_base_tcp[:, :3, 3]]
+    digits = [None, *[1] * 6, None, None]
     columns = ("", *(f"J{j} [deg]" for j in range(1, 7)), "payload [kg]", "TCP [mm]")
-    return [drawn, DataTable("poses", columns, list(zip(plan.ids, *angles, loads, places, strict=True)), brief=())]
+    return [
+        drawn,
+        DataTable(
+            "poses", columns, list(zip(plan.ids, *angles, loads, places, strict=True)), brief=(), decimals=digits
+        ),
+    ]
 
 
 def plan_values(plan: MeasuringPlan) -> dict[str, Any]:
