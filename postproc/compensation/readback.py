@@ -66,7 +66,9 @@ def run_again(
         written program does not run the same statements as often.
     """
     written = read_again(program, drafts)
-    planned = _planned(program, insertions)
+    # Of every statement of the text its original one, and whether it is that; added ones stand in front of theirs.
+    count = Counter(i.statement.key for i in insertions)
+    planned = [(s.key, stays) for s in program.statements for stays in [False] * count[s.key] + [True]]
     pairs = zip(written.statements, planned, strict=False)  # ``owners_of`` sees where there are not as many
     added = AddedMotions.between(program, written, (statement.key for statement, (_, stays) in pairs if not stays))
     ran = place_events(walk(written, options.entry, added), station or Station())
@@ -75,15 +77,6 @@ def run_again(
     original = dict(zip((s.key for s in written.statements), planned, strict=True))
     ran = _without_unpaired(ran, original)
     return ran, owners_of(original, events, ran)
-
-
-def _planned(program: Program, insertions: Sequence[Insertion]) -> list[tuple[StatementKey, bool]]:
-    """For every motion statement of the written text, in order, its original statement, and whether it is that one.
-
-    An added statement has False and the original statement in front of which it stands.
-    """
-    added = Counter(i.statement.key for i in insertions)
-    return [(s.key, is_original) for s in program.statements for is_original in [False] * added[s.key] + [True]]
 
 
 def _without_unpaired(

@@ -305,7 +305,8 @@ class Effect:
 
     def to_file(self) -> dict[str, Any]:
         """Return plain numbers, words and lists for ``[effects.KEY]`` of a model file."""
-        return {name: _plain(getattr(self, name)) for name in (*self.structures(), *self.parameters())}
+        values = {name: getattr(self, name) for name in (*self.structures(), *self.parameters())}
+        return {n: np.asarray(v).tolist() if isinstance(v, (np.ndarray, tuple)) else v for n, v in values.items()}
 
     def missing(self, state: State) -> tuple[str, ...]:
         """Return the channels that the effect reads and nobody recorded; those the model fills in do not count."""
@@ -381,11 +382,6 @@ def by_joint(effect: Effect) -> tuple[Variant, ...]:
     joint = np.array([name.rpartition("[")[2].rstrip("]") for name in effect.names()])
     single = [variant(effect, f"joint {j}", (joint == str(j)) & amplitudes, joint == str(j)) for j in range(1, 7)]
     return (variant(effect, "all joints"), *single)
-
-
-def _plain(value: Any) -> Any:
-    """Return an array or a tuple as a list, any other value as it is."""
-    return np.asarray(value).tolist() if isinstance(value, (np.ndarray, tuple)) else value
 
 
 def _declared(cls: type[Effect], kind: type[T]) -> dict[str, T]:

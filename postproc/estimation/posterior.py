@@ -215,7 +215,9 @@ def _laplace(objective: Objective, mean: Array, count: int) -> tuple[Array, Arra
     curvature = objective.curvature(unit, objective.prior.weight(mean))
     known, taken = _eliminated(curvature, count)
     curvature_of_others = curvature[count:, count:] - curvature[count:, :count] @ taken
-    lower = _factor(solve_positive(curvature_of_others, np.eye(len(curvature_of_others))))
+    others = solve_positive(curvature_of_others, np.eye(len(curvature_of_others)))
+    scale = np.sqrt(np.diag(others))  # numbers of very different sizes
+    lower = np.linalg.cholesky(others / np.outer(scale, scale)) * scale[:, None]
     directions = np.vstack([-taken @ lower, lower]).T
     # A log-normal number lies farther from its median than the deviation of its logarithm says.
     total = np.sqrt(np.concatenate([np.diag(known), np.zeros(len(lower))]) + np.sum(directions**2, axis=0))
@@ -245,12 +247,6 @@ def _columns(fit: Solution, names: Sequence[Name]) -> Array:
             mask = np.isin(np.arange(len(effect.vector())), list(wanted))
             columns[:, [wanted[i] for i in np.flatnonzero(mask).tolist()]] = fit.problem.slopes(effect, mask)
     return columns
-
-
-def _factor(covariance: Array) -> Array:
-    """Return L with L L^T a positive definite matrix of numbers of very different sizes."""
-    scale = np.sqrt(np.diag(covariance))
-    return np.asarray(np.linalg.cholesky(covariance / np.outer(scale, scale)) * scale[:, None])
 
 
 def _as_stiff_as_arms_are(model: Model) -> Model:

@@ -49,7 +49,9 @@ def lacks_fit(fit: Fit) -> bool | None:
         known = [(float(np.hypot(np.sqrt(square), rounding)), dof) for square, dof in some]
     if known:
         return any(_exceeds(fit, sigma, dof, CHANCE / len(known)) for sigma, dof in known)
-    instrument, arm = fit.noise.instrument, _repeatability(fit)
+    # RP of ISO 9283 is a distance in space: over the root of 3 it bounds the deviation per axis, of worn arms, too.
+    instrument, stated_rp = fit.noise.instrument, fit.model.robot.repeatability
+    arm = None if stated_rp is None or fit.observed.name != "position" else stated_rp / np.sqrt(3)
     most = float(np.hypot(instrument or 0.0, arm or 0.0))
     if most > 0 and not _exceeds(fit, most, np.inf, CHANCE):
         return False
@@ -69,17 +71,6 @@ def _exceeds(fit: Fit, sigma: float, dof: float, chance: float) -> bool:
     square = fit.variance * fit.freedom - float(np.sum(fit.linear.projected_residual[alone] ** 2))
     ratio = square / freedom * (weighed_by(fit.noise) / sigma) ** 2
     return bool(ratio > MATTERING_RATIO and chance_of_excess(ratio, freedom, dof) < chance)
-
-
-def _repeatability(fit: Fit) -> float | None:
-    """Return the arm's repeatability by its data sheet as an upper bound per axis [m]; None where none is stated.
-
-    RP of ISO 9283 is the mean distance from the mean position plus three of its standard deviations: 3.6 standard
-    deviations per axis. Only that it is a distance in space is used, for arms that have become worse than their data
-    sheet.
-    """
-    stated = fit.model.robot.repeatability
-    return None if stated is None or fit.observed.name != "position" else stated / np.sqrt(3)
 
 
 @dataclass(frozen=True)

@@ -303,8 +303,10 @@ def parse_model(source: Source, library: Mapping[str, type[Effect]] | None = Non
     station = station_of(stated_cell(axes, file.mounting, source)) if axes else None
     robot = _robot(file.robot, source)
     model = Model(robot, effects, mounting, tool, file.robot, noted, stated, station, priors=priors)
-    if not model.fit:
-        _check_signs(model, source)
+    if not model.fit:  # what the user wrote, not a fit
+        wrong = [replace(d, source=source, span=span_of(source, ("effects", *keys))) for *keys, d in doubts(model)]
+        if wrong:
+            raise PostprocError(wrong)
     if not file.fit.local:
         return model
     return replace(model, surest=_surest(file.fit, model, source))
@@ -322,13 +324,6 @@ def _surest(fit: _Fit, model: Model, source: Source) -> Model:
         raise PostprocError([Diagnostic("MOD002", "error", f"`{key}`: {text}", source, span, AGAIN["help"])])
     every = (e.with_vector(np.array(fit.surest.get(e.key, e.vector()))) for e in model.effects)
     return model.with_effects(*(e for e in every if e.key not in fit.local))
-
-
-def _check_signs(model: Model, source: Source) -> None:
-    """Raise MOD005 for values that no arm has; called where the user wrote them, not a fit."""
-    findings = [replace(d, source=source, span=span_of(source, ("effects", *keys))) for *keys, d in doubts(model)]
-    if findings:
-        raise PostprocError(findings)
 
 
 def _robot(name: str, source: Source) -> Robot:

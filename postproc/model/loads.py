@@ -78,7 +78,7 @@ def applied(model: Model, state: State, chain: Chain, deflection: Deflection) ->
         forces[:, body] += wrench
 
     if state.payload_mass is not None:
-        add(7, payload_wrench(model, state, chain))
+        add(7, payload_wrench(state, chain))
     if state.wrench is not None:
         point = tcp(chain, state, deflection)[:, :3, 3]
         moved = force_at(point, np.broadcast_to(state.wrench, (n, 6))[:, :3])
@@ -101,7 +101,7 @@ def payload_point(state: State, chain: Chain) -> Array:
     return (chain.T_base_flange[:, :3, :3] @ center)[:, :, 0] + chain.T_base_flange[:, :3, 3]
 
 
-def payload_wrench(model: Model, state: State, chain: Chain) -> Array:
+def payload_wrench(state: State, chain: Chain) -> Array:
     """Return force m (g - a) of the payload as a point mass, and its moment about the base origin, (n, 6) [N, N m]."""
     point = payload_point(state, chain)
     pull = np.broadcast_to(state.gravity, point.shape)

@@ -158,7 +158,8 @@ class ChannelCurve(
                 moved = moved_by_reading(seen_point(state, self.site), how)
                 add(part, slice(3), (f * next(iter(amplitude.values()))[0])[:, None] * moved)
             elif t.place == LEANS:
-                turn, shift = np.moveaxis(leaning(_moment(state)), 2, 0)
+                moment = overturning_moment(state)  # None where no model has filled in loads
+                turn, shift = np.moveaxis(leaning(np.zeros((len(state), 3)) if moment is None else moment), 2, 0)
                 add(part, slice(3, 6), (f * amplitude["turn_rad"][0])[:, None] * turn)
                 add(part, slice(3), (f * amplitude["shift_m"][0])[:, None] * shift)
             else:
@@ -260,12 +261,6 @@ def _problem_of_term(place: str, channels: str, basis: str, largest: float) -> F
     if largest <= 0:
         return FieldProblem("EFF024", "largest", f"`largest` of `curve` is {largest:g}", "give a number above zero")
     return None
-
-
-def _moment(state: State) -> Array:
-    """Return the overturning moment (n, 3) [N m] of states whose loads a model has filled in."""
-    moment = overturning_moment(state)
-    return np.zeros((len(state), 3)) if moment is None else moment
 
 
 def _as_text(c: Channel, basis: str, numbers: tuple[float, ...]) -> list[str]:

@@ -45,7 +45,11 @@ def _start_frames(problem: Problem) -> Problem:
         return _placed(problem, rows)
     session = data.state.session_of_rows
     first = np.asarray(rows & (session == session[np.argmax(rows)]))
-    moved = _moved_sessions(_placed(problem, first), session, rows) if first.sum() >= FEWEST_POSES_TO_PLACE else {}
+    moved: dict[str, Alignment] = {}
+    if first.sum() >= FEWEST_POSES_TO_PLACE:
+        begun, names = _placed(problem, first), dict.fromkeys(session.tolist())
+        places = {name: moved_instrument(begun, rows & (session == name)) for name in names}
+        moved = {name: place for name, place in places.items() if place is not None}
     if not moved:
         return _placed(problem, rows)
     begun = _placed(problem, np.asarray(rows & ~np.isin(session, list(moved))))
@@ -128,17 +132,6 @@ def _nominal_tool(problem: Problem) -> Array:
     data = problem.data
     T = PlacedArm(problem.model.robot, data.state.T_reference_base).flange(data.state.q)
     return np.asarray(T @ (data.state.T_flange_tcp if data.tool_known else problem.model.T_flange_tcp))
-
-
-def _moved_sessions(begun: Problem, session: NDArray[np.str_], rows: NDArray[np.bool_]) -> dict[str, Alignment]:
-    """Return where the instrument stood in each session in which it had moved (`moved_instrument`), by session name.
-
-    Args:
-        begun: the problem with the instrument placed by the first session.
-        session: (n,) session name of each row; rows: (n,) mask of those with a measured position.
-    """
-    places = {name: moved_instrument(begun, rows & (session == name)) for name in dict.fromkeys(session.tolist())}
-    return {name: place for name, place in places.items() if place is not None}
 
 
 def moved_instrument(begun: Problem, rows: NDArray[np.bool_]) -> Alignment | None:

@@ -129,7 +129,8 @@ def refit_form(screen: Screen, linear: Linear, candidate: Candidate, least: floa
             first.setdefault(kind(c.effect), c)
         some = list(first.values())[:enough]
         if tries == STAGES[0][0]:
-            some += [other for c in some for other in _relatives(screen, c)]
+            forms = [(c, v) for c in some for v in c.effect.relatives(screen.problem.sensitivity.state, c.label)]
+            some += [replace(c, effect=v.effect, label=v.label, price=c.price - 2 * np.log(v.odds)) for c, v in forms]
         before = float(seen.linear.projected_residual @ seen.linear.projected_residual)
         share = min(TWICE * (1 - moved[0][1] / before), 0.999)
         if -linear.freedom * np.log1p(-share) - candidate.price < least:
@@ -139,12 +140,6 @@ def refit_form(screen: Screen, linear: Linear, candidate: Candidate, least: floa
     every = sorted((_judged(screen, linear, c) for c in some), key=lambda c: -c.evidence)
     near = tuple(c for c in every if c.evidence > every[0].evidence - CLOSE_EVIDENCE)
     return replace(max(every[0], candidate, key=lambda c: c.evidence), visible=candidate.visible, starts=near)
-
-
-def _relatives(screen: Screen, start: Candidate) -> list[Candidate]:
-    """Return variants of a candidate's effect (`Effect.relatives`) as candidates, each at the price of its own odds."""
-    every = start.effect.relatives(screen.problem.sensitivity.state, start.label)
-    return [replace(start, effect=v.effect, label=v.label, price=start.price - 2 * np.log(v.odds)) for v in every]
 
 
 def _optimised(

@@ -83,7 +83,9 @@ def together(tables: Sequence[Measurements], robot: Robot) -> Measurements:
         message = "a program tells the tool of some of the tables, and of others nobody"
         help_ = "give joint angles in all of them, or targets in all; or state the tool in columns `tool_x_mm` .."
         raise PostprocError.of("DAT031", message, help=help_)
-    names = [table.state.session_names or (name,) for table, name in zip(tables, _names(sources), strict=True)]
+    stems = [PurePath(source.path).stem for source in sources]
+    files = stems if len(set(stems)) == len(stems) else [source.path for source in sources]
+    names = [table.state.session_names or (name,) for table, name in zip(tables, files, strict=True)]
     for (one, names_a), (other, names_b) in combinations(zip(tables, names, strict=True), 2):
         setup = _check_setup(one, other, robot, shared=sorted(set(names_a) & set(names_b)))
         findings += accepted([] if setup is None else [setup], tables[0].accepted)
@@ -116,12 +118,6 @@ def _concerns(column_map: Source, source: Source) -> bool:
     except PostprocError:
         return False
     return not columns or any(cells.at(name) >= 0 for name in columns)
-
-
-def _names(sources: Sequence[Source]) -> list[str]:
-    """Return a name for each table: its file name without ending, or its path where these are alike."""
-    short = [PurePath(source.path).stem for source in sources]
-    return short if len(set(short)) == len(short) else [source.path for source in sources]
 
 
 def _stacked(parts: Sequence[Array | None], tables: Sequence[Measurements], fill: float) -> Array | None:

@@ -80,7 +80,7 @@ class WriteEffects:
             self.of(body, routine)
             for routine in routines.values()
             for body in routine.handlers
-            if _goes_on(body, routine)
+            if any(routine.source.data[slice(*s.span)].lower().startswith(_GOES_ON) for s in statements_in(body))
         ]
         self.interrupting = frozenset[str]().union(*traps)
         written_any_time = (k for keys in (*traps, *handlers, self.direct.lasting) for k in keys if k[0] not in "%@")
@@ -179,16 +179,6 @@ class WriteEffects:
             for parameter, name in passed:
                 if "%" + parameter in keys and (key := self.direct.key_of(name, routine)) is not None:
                     changed.add(key)
-
-
-def _goes_on(body: Sequence[Statement], routine: Routine) -> bool:
-    """Whether the program may go on behind an error handler: a statement in it is RETRY, TRYNEXT or RETURN.
-
-    Args:
-        body: statements of the handler; routine: that has it.
-    """
-    data = routine.source.data
-    return any(data[slice(*statement.span)].lower().startswith(_GOES_ON) for statement in statements_in(body))
 
 
 def _shared_keys(program: Program, names: Collection[tuple[str, str]]) -> frozenset[str]:

@@ -17,7 +17,7 @@ from postproc.rapid.program.program import Program, statements_of
 from postproc.rapid.syntax.expressions import read_full_expression
 from postproc.rapid.syntax.spans import Edit
 from postproc.rapid.syntax.tokens import names_at
-from postproc.rapid.syntax.trees import Call, Component, Expression, Index, Name, Star, nodes
+from postproc.rapid.syntax.trees import Call, Component, Index, Name, Star, nodes
 from postproc.rapid.unknown import Kind, Unknown
 
 SHARED_BY_TASKS = "the target is data that other tasks share: its value in the files is the one of the last run"
@@ -170,7 +170,9 @@ def run_time_edits(motion: MotionStatement) -> tuple[Edit, ...] | None:
     if signature.why_not or signature.jointed or to is None or tool is None:
         return None
     try:
-        end, holder, middle = (_tree(motion, argument) for argument in (to, tool, via or to))
+        end, holder, middle = (
+            read_full_expression(motion.source.data, *x.span, what="the target") for x in (to, tool, via or to)
+        )
     except Unknown:
         return None
     if not isinstance(holder, (Name, Index, Component)):
@@ -201,8 +203,3 @@ def _option(motion: MotionStatement, name: str) -> str:
         return ""
     sign = "?" if b"?" in motion.source.data[option.full_span[0] : option.span[0]] else ":="
     return f"\\{name}{sign}{option.text}"
-
-
-def _tree(motion: MotionStatement, argument: Argument) -> Expression:
-    """The syntax tree of an argument; raises ``Unknown`` where it is no expression that the reader knows."""
-    return read_full_expression(motion.source.data, *argument.span, what="the target")
