@@ -31,8 +31,8 @@ def mm_or_none(value: float | None) -> float | None:
 
 
 def percent_range(shares: Sequence[float]) -> str:
-    """Return the lower and the upper end of a share in percent: ``3 to 45 %``."""
-    return "{:.0f} to {:.0f} %".format(*(100 * share for share in shares))
+    """Return the lower and the upper end of a share in percent: ``3 to 45 %``, or one figure where both are equal."""
+    return f"{range_text([100 * share for share in shares], 0)} %"
 
 
 def decimals_of(scale: float) -> int:
@@ -54,8 +54,8 @@ def fixed(value: float | None, decimals: int) -> str:
 
 
 def range_text(interval: Sequence[float] | None, decimals: int) -> str:
-    """Return an interval as text, ``0.12 to 0.85``, or that it is not known."""
-    return "not known" if interval is None else " to ".join(fixed(end, decimals) for end in interval)
+    """Return an interval as text, ``0.12 to 0.85``, one figure where its ends read alike, or that it is not known."""
+    return "not known" if interval is None else " to ".join(dict.fromkeys(fixed(end, decimals) for end in interval))
 
 
 def on_arm_text(expected_mm: Sequence[float] | None, decimals: int = 2) -> str:

@@ -144,7 +144,7 @@ def _sentence(count: Mapping[str, int], worst: TaskOutcome | None, figures: Sequ
     """
     statuses = [f["statements"] for f in figures if "statements" in f]
     corrected = sum(s.get(status, 0) for s in statuses for status in CORRECTED)
-    every = corrected + sum(s.get("skipped", 0) for s in statuses)
+    every = sum(sum(s.values()) for s in statuses)
     text = f"{count['compensated']} of {len(figures)} programs are corrected"
     text += f", {corrected} of {every} motion statements in them" if every else ""
     bare = sum(f.get("weld_statements", 0) > f.get("corrected_weld_statements", 0) == 0 for f in figures)

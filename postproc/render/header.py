@@ -10,7 +10,7 @@ from jinja2.sandbox import SandboxedEnvironment
 from postproc import __version__
 from postproc.compensation.conversion import Draft, JudgedProgram
 from postproc.compensation.judgement.accuracy import remaining_deflection
-from postproc.compensation.judgement.figures import CLAUSES, COLUMNS, LABELS
+from postproc.compensation.judgement.figures import CLAUSES, COLUMNS, LABELS, shown_figures
 from postproc.compensation.options import Options
 from postproc.diagnostics import Source
 from postproc.model.arm import Model
@@ -69,7 +69,7 @@ def header_values(model: Model, judged: JudgedProgram) -> dict[str, Any]:
 def _figure_lines(judged: JudgedProgram) -> list[str]:
     """The table of figures as aligned lines; none where nothing could be measured."""
     digits, rows = judged.decimals, [list(COLUMNS)] if judged.places else []
-    for row in judged.figure_values():
+    for row in shown_figures(judged.figure_values()):
         lengths = [fixed(row[f"{key}_mm"], digits) for key in ("before", "after", "tolerance")]
         rows.append([LABELS[row["place"]], *lengths, range_text(row["expected_on_arm_mm"], digits)])
     first, *others, last = (max(map(len, column)) for column in zip(*rows, strict=True)) if rows else (0, 0)

@@ -178,7 +178,7 @@ class Document:
         sentence: what the result is; further ones follow on lines of their own. tone: what it says.
         figures: at most a few that matter. basis: what the result rests on.
         table: of all figures, which a terminal shows above the sentence, in place of figures and basis.
-        note: what belongs to the table, on a line below it.
+        notes: what belongs to the table, on lines below it.
         scene: what scripts of its page draw; None for a page without.
     """
 
@@ -187,7 +187,7 @@ class Document:
     sentence: str
     tone: Tone = ""
     table: DataTable | None = None
-    note: str = ""
+    notes: Sequence[str] = ()
     figures: Sequence[Figure] = ()
     basis: str = ""
     sections: Sequence[Section] = ()

@@ -29,8 +29,7 @@ def render_lines(document: Document, every: bool = False) -> Iterator[Line]:
     """
     if document.table is not None:
         yield from _table(document.table, every)
-        if document.note:
-            yield "", f"  {document.note}"
+        yield from (("", f"  {note}") for note in document.notes)
         if document.sentence:
             yield "", ""
     for i, text in enumerate(document.sentence.split("\n") if document.sentence else ()):

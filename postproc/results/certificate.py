@@ -7,7 +7,7 @@ from enum import Enum
 from hashlib import sha256
 
 from postproc.compensation.conversion import Conversion
-from postproc.compensation.judgement.figures import CLAUSES
+from postproc.compensation.judgement.figures import CLAUSES, legend, shown_figures
 from postproc.diagnostics import Source
 from postproc.identification.compare import Comparison
 from postproc.numbers import fixed, range_text
@@ -72,7 +72,7 @@ def program_certificate(
         seams.append((seam["name"], lines, length, *fell, f"{tolerance:g}", seam["left"], result))
     path: list[Row] = []
     shown = "kept" if verdict(document) == "kept" else "in the model"
-    for row in document["figures"]:
+    for row in shown_figures(document["figures"]):
         limit, fell = row["tolerance_mm"], _fall(row["before_mm"], row["after_mm"], digits)
         result = "not kept" if limit is not None and row["after_mm"] > limit else shown
         required = ("", "") if limit is None else (f"{limit:g}", result)
@@ -82,7 +82,7 @@ def program_certificate(
         what = "from the path in the program's numbers, as its work object was taught"
         path.append((what, *_fall(drawn["before_mm"], drawn["after_mm"], digits), "", "", ""))
     columns = ("", "before [mm]", "after, in the model [mm]", "expected on the arm [mm]", "required [mm]", "result")
-    parts = [_part("Path accuracy, after ISO 9283, across the path", columns, path)]
+    parts = [_part("Path accuracy, after ISO 9283, across the path", columns, path, legend(document["figures"]))]
     if seams:
         of_seam = ("seam", "lines", "length [mm]", "before [mm]", "after [mm]", "required [mm]", "left", "result")
         parts.insert(0, _part("Seams, while the arc burns, in the model", of_seam, seams))

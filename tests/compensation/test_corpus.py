@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+from math import hypot
 from pathlib import Path
 
 import pytest
@@ -28,7 +29,7 @@ def test_a_program_is_corrected_as_its_row_says(case: Case) -> None:
         report = independent(case.text, found, case.options.get("force", FORCE))
         assert report.violations == [] or "follow" in case.facets
         assert report.after == pytest.approx(found.report["max_error_after_mm"], abs=0.002)
-        assert report.goal_after <= max(o.residual_mm or 0.0 for o in found.outcomes) + 0.003
+        assert report.goal_after <= max(hypot(o.residual_mm or 0.0, o.along_mm or 0.0) for o in found.outcomes) + 0.003
     if "burning" in case.facets:
         welds = [s for s in independent(case.text, found, on_arc=True).segments if s.welding]
         assert max(s.after for s in welds) <= 0.01 and max(s.goal_after for s in welds) <= 0.002

@@ -16,7 +16,7 @@ from postproc.diagnostics import Source
 from postproc.model.arm import Model
 from postproc.rapid.data.events import MotionEvent
 from tests.build import arm, codes, convert, independent, target, written
-from tests.compensation.build import brief, effect, model, small
+from tests.compensation.build import PROCESS, brief, effect, model, small
 
 ROOT = Path(__file__).resolve().parents[2]
 ARC = small(
@@ -54,6 +54,22 @@ def test_a_wrong_number_in_the_text_is_found(tmp_path: Path, error: float) -> No
     (row,) = [line.split() for line in written(wrong).splitlines() if line.startswith("  ! lines and arcs")]
     assert row[5] == f"{after:.3f}"
     assert wrong.report["statements"][1]["residual_mm"] == pytest.approx(error, abs=0.002)
+
+
+def test_what_remains_at_a_target_is_stated_as_the_arc_sees_it(tmp_path: Path) -> None:
+    """The torch comes from above onto a seam along y: where it starts, y lies along the seam, and z across it."""
+    seam = small(
+        f"MoveJ @{{1350,-480,860}},v200,fine,tT; ArcLStart p1,{PROCESS},fine,tT; ArcLEnd p2,{PROCESS},fine,tT;",
+        "p1 1350 -480, p2 1350 -200",
+    )
+    row = next(line for line in written(convert(seam)).splitlines() if "robtarget p1" in line)
+    x, y, z = row.split("[[")[1].split("]")[0].split(",")
+    moved = f"{x},{float(y) + 0.03:.3f},{float(z) - 0.04:.3f}"
+    wrong = convert(seam, template_dir=tampered(tmp_path, f"{x},{y},{z}", moved))
+    above, start, end = wrong.report["statements"]
+    assert (start["residual_mm"], start["along_mm"]) == pytest.approx((0.04, 0.03), abs=0.002)
+    assert above["residual_mm"] < 0.002 and above["along_mm"] is None
+    assert max(end["residual_mm"], end["along_mm"]) < 0.002
 
 
 @pytest.mark.parametrize(

@@ -164,8 +164,8 @@ def test_a_circle_point_that_moves_farther_than_the_target_is_named() -> None:
 def test_the_text_for_the_terminal() -> None:
     found = compare(TEXT, TEXT.replace("q,v100,fine", "q,v150,fine").replace("[200,", "[200.25,"))
     sentence, figures, basis, _, heading, columns, row = render_text(difference_document("a", "b", found)).splitlines()
-    assert sentence == "Of 3 motion statements and all others: 1 changed."
-    assert figures == "largest distance 0.250 mm, largest angle 0.000 deg, statements that differ 1"
+    assert sentence == "1 of 3 motion statements differ, by up to 0.250 mm."
+    assert figures == "largest angle 0.000 deg, statements that differ 1"
     assert (basis, heading) == ("Tolerance 0.001 mm and 0.01 deg.", "What differs:")
     assert columns.split()[:5] == ["what", "where", "line", "before", "line"]
     assert row.split()[:9] == ["changed", "M.main", "4", "4", "MoveL", "q", "0.2500", "0.000", "0.000"]

@@ -31,6 +31,7 @@ class Deviation:
         space: (n,) on a line or an arc with a known start, not on a joint move.
         steady: (n,) the load of inertia does not change there.
         goal_away: (m, 3) [m] from the programmed target to the real TCP, in work axes.
+        goal_along: (m,) its component along the path, or along the weld that begins there; NaN on joint moves.
         goal_steady: (m,) as ``steady``, at the targets.
     """
 
@@ -41,6 +42,7 @@ class Deviation:
     space: Flags
     steady: Flags
     goal_away: Array
+    goal_along: Array
     goal_steady: Flags
 
     @cached_property
@@ -57,6 +59,11 @@ class Deviation:
     def goal_distance(self) -> Array:
         """(m,) length of ``goal_away`` [m]."""
         return np.asarray(np.linalg.norm(self.goal_away, axis=1))
+
+    @cached_property
+    def goal_across(self) -> Array:
+        """(m,) length of ``goal_away`` across the path [m]; behind joint moves the whole length."""
+        return np.sqrt(np.maximum(self.goal_distance**2 - np.nan_to_num(self.goal_along) ** 2, 0.0))
 
     def largest(self, rows: Flags) -> float:
         """Largest distance [m] over samples chosen by a mask (n,), 0 where there are none."""
@@ -125,7 +132,19 @@ def measure_deviation(model: Model, programmed: Samples, parts: Iterable[Driven]
         goal_away[part.owner] = reached[:, :3, 3] - wanted[:, :3, 3]
         goal_steady[part.owner] = steady[ran.goal]
     away, parts, of, u, space, steady = (np.concatenate(column) for column in zip(*columns, strict=True))
-    return Deviation(away, parts, of, u, space, steady, goal_away, goal_steady)
+    goal_along = np.sum(goal_away * _at_goals(programmed), axis=1)
+    return Deviation(away, parts, of, u, space, steady, goal_away, goal_along, goal_steady)
+
+
+def _at_goals(programmed: Samples) -> Array:
+    """(m, 3) unit tangents at the goals in work axes: of a weld that begins there, else of the line or arc; or NaN."""
+    curves, m = programmed.curves, len(programmed.moves)
+    starts, tangents = (path_tangents(curves, np.arange(m), np.full(m, u)) for u in (0.0, 1.0))
+    tangents[curves.joint | ~tangents.any(axis=1)] = np.nan
+    welding = np.array([move.welding for move in programmed.moves])
+    lit = np.flatnonzero(welding[1:] & ~welding[:-1] & ~np.array([move.first for move in programmed.moves])[1:])
+    tangents[lit] = starts[lit + 1]
+    return tangents
 
 
 def _reached(model: Model, state: State, mounts: Mounts, T_work_tcp: Array) -> Array:

@@ -5,9 +5,9 @@ Terminal, header, page, certificate, batch and documents show these figures and 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -40,6 +40,11 @@ CLAUSES: Mapping[Place, str] = {
     "correction_jumps": "where the correction jumps",
 }
 """The same in sentences."""
+UNJUDGED: Mapping[Place, str] = {
+    "speed_changes": "the arm speeds up or slows down, its inertia bends it, and no target undoes that",
+    "correction_jumps": "a load changes or a joint turns back, without the arc",
+}
+"""What happens in places that have no tolerance."""
 COLUMNS = ("deviation [mm]", "before", "after, in the model", "tolerance", "expected on the arm")
 """Of the table of figures."""
 
@@ -58,6 +63,27 @@ class PlaceFigures:
     after: float
     tolerance: float | None = None
     line: int | None = None
+
+
+def shown_figures(figures: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """The entries of ``figures`` that tables show: all with a tolerance, and others that are beyond the first of these.
+
+    Args:
+        figures: of the ``postproc/compensate/1`` document, the place that counts most first.
+    """
+    tolerance = next((row["tolerance_mm"] for row in figures if row["tolerance_mm"] is not None), 0.0)
+    return [row for row in figures if row["tolerance_mm"] is not None or row["after_mm"] > tolerance]
+
+
+def legend(figures: Sequence[Mapping[str, Any]]) -> str:
+    """What happens in the rows without a tolerance that tables show, empty without any.
+
+    Args:
+        figures: as of `shown_figures`.
+    """
+    places = [row["place"] for row in shown_figures(figures) if row["place"] in UNJUDGED]
+    rows = [f"{LABELS[place]}: {UNJUDGED[place]}" for place in places]
+    return f"{'; '.join(rows)}. No tolerance holds there." if rows else ""
 
 
 @dataclass(frozen=True, slots=True)

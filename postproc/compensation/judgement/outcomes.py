@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence, Set
 from dataclasses import replace
 
@@ -74,7 +75,8 @@ def judge_statements(
     T_corrected = samples.curves.mounts.work(plan.exact.T_base_flange)
     correction = pose_error(samples.T_work_tcp[samples.goal], T_corrected)
     lengths = np.linalg.norm(correction.reshape(-1, 2, 3), axis=2)
-    sizes = np.column_stack([after.goal_distance, lengths]).tolist()
+    at_goals = after.goal_across, np.abs(after.goal_along)
+    sizes = np.column_stack([*at_goals, lengths]).tolist()
     # Such targets are corrected for the state in which the next move starts, not for their own.
     for_next = [t.move for t in plan.transitions if t.where == BEFORE_TARGET and t.of_load]
     for_current = ~np.isin(np.arange(len(plan.motion.moves)), for_next)
@@ -194,7 +196,7 @@ def _outcome(
     Args:
         runs: its executions.
         rows: indices of the moves that they make.
-        sizes: (m, 3) at the goals of all moves: what remains [m], the correction [m], [rad].
+        sizes: (m, 4) at the goals of all moves: what remains across and along the path [m], the correction [m], [rad].
     """
     if statement.interpolation == "none":
         return StatementOutcome(statement, "skipped", NO_ARM_MOTION)
@@ -203,17 +205,18 @@ def _outcome(
         return StatementOutcome(statement, "skipped", uncorrected or why_no_move(runs))
     reasons = [event.reason for event in runs if event.reason]
     reason = reasons[0] if reasons else None
-    residual, shift, angle = sizes[rows[0]] if len(rows) == 1 else map(max, zip(*[sizes[i] for i in rows], strict=True))
-    residual, shift = round(1e3 * residual, 5), 1e3 * shift
+    across, along, shift, angle = np.fmax.reduce([sizes[i] for i in rows]).tolist()
+    shift *= 1e3
+    remains = round(1e3 * across, 5), None if math.isnan(along) else round(1e3 * along, 5)
     if statement.interpolation == "absjoint":
-        return StatementOutcome(statement, "unchanged", JOINT_TARGET, 0.0, residual)
+        return StatementOutcome(statement, "unchanged", JOINT_TARGET, 0.0, *remains)
     if uncorrected is not None:
         status: Status = "unchanged" if statement.key in plan.unasked else "skipped"
         why = f"{uncorrected}: in one of its runs {reason}" if reason and status == "skipped" else uncorrected
-        return StatementOutcome(statement, status, why, 0.0, residual)
+        return StatementOutcome(statement, status, why, 0.0, *remains)
     if shift < UNCHANGED_MM and angle < UNCHANGED_RAD:
         why = "the correction is below the last decimal"
-        return StatementOutcome(statement, "unchanged", why, round(shift, 5), residual)
+        return StatementOutcome(statement, "unchanged", why, round(shift, 5), *remains)
     edited = plan.places.get(statement.key)
     begun = [_begins_anywhere(plan.motion.moves[i]) for i in rows]
     if edited == "derived":
@@ -222,7 +225,7 @@ def _outcome(
         reason = SHARED
     elif any(begun):
         reason = reason or (UNKNOWN_START if all(begun) else SOMETIMES)
-    return StatementOutcome(statement, "compensated", reason, round(shift, 4), residual, edited)
+    return StatementOutcome(statement, "compensated", reason, round(shift, 4), *remains, edited)
 
 
 def unknown_outcomes(

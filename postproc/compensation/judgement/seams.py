@@ -9,14 +9,13 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.compensation.correction.curve import BEFORE_TARGET
-from postproc.compensation.correction.deviation import Deviation, path_tangents
+from postproc.compensation.correction.deviation import Deviation
 from postproc.compensation.judgement.figures import at_work, finding, in_transition
 from postproc.compensation.plan import CorrectionPlan
 from postproc.compensation.seams import seams_of
 from postproc.compensation.text.values import StatementOutcome
 from postproc.diagnostics import Diagnostic
 from postproc.grouping import grouped
-from postproc.motion.path.curves import Curves
 from postproc.motion.values import Flags
 from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey
 
@@ -79,7 +78,7 @@ def find_seams(
     in_figures = before.space & before.steady, after.space & after.steady & ~passing
     # Such targets are corrected for the state in which the next move starts, not for their own.
     own = ~np.isin(np.arange(len(moves)), [t.move for t in plan.transitions if t.where == BEFORE_TARGET and t.of_load])
-    sizes = [_by_move(samples.curves, d, rows, own) for d, rows in zip((before, after), in_figures, strict=True)]
+    sizes = [_by_move(d, rows, own) for d, rows in zip((before, after), in_figures, strict=True)]
     whole = after.largest_of_moves(in_figures[1])
     added = grouped((insertion.statement.key, insertion) for insertion in plan.insertions)
     seams = []
@@ -100,15 +99,13 @@ def find_seams(
     return seams
 
 
-def _by_move(curves: Curves, deviation: Deviation, rows: Flags, goals: Flags) -> Array:
+def _by_move(deviation: Deviation, rows: Flags, goals: Flags) -> Array:
     """(m, 4) largest deviation of each move along the path, sideways, along the stick-out, and of these two [m].
 
     Args:
         rows: (n,) samples to look at. goals: (m,) moves whose targets count along the path.
     """
-    moves = np.arange(len(deviation.goal_away))
-    tangent = path_tangents(curves, moves, np.ones(len(moves)))
-    along = np.abs(np.sum(deviation.goal_away * tangent, axis=1)) * (goals & deviation.goal_steady)
+    along = np.abs(np.nan_to_num(deviation.goal_along)) * (goals & deviation.goal_steady)
     parts = np.abs(deviation.parts)
     across = [deviation.largest_of_moves(rows, size) for size in (parts[:, 1], parts[:, 2], deviation.across)]
     return np.column_stack([along, *across])

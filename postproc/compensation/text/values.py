@@ -160,7 +160,8 @@ class StatementOutcome:
     Args:
         status: what happened; reason: why.
         shift_mm: size of the correction at its goal.
-        residual_mm: error that remains at its goal.
+        residual_mm: deviation that remains at its goal across the path, which is what the arc sees; along_mm: along it.
+            Behind a joint move the first is the whole, and the other is None.
         edited: kind of place in the text where its correction is written.
         conf_changed: its target or circle point has other confdata than the programmer wrote.
     """
@@ -170,5 +171,6 @@ class StatementOutcome:
     reason: str | None = None
     shift_mm: float | None = None
     residual_mm: float | None = None
+    along_mm: float | None = None
     edited: Place | None = None
     conf_changed: bool = False

@@ -8,7 +8,7 @@ from typing import Any
 
 from postproc import __version__
 from postproc.compensation.conversion import Conversion, JudgedProgram
-from postproc.compensation.judgement.figures import CLAUSES, PlaceFigures
+from postproc.compensation.judgement.figures import CLAUSES, PlaceFigures, legend
 from postproc.compensation.judgement.seams import Seam
 from postproc.compensation.text.values import StatementOutcome
 from postproc.model.uncertainty.undetermined import Undetermined
@@ -62,7 +62,7 @@ def conversion_document(name: str, conversion: Conversion, made: Mapping[str, st
         sentence="\n".join(lines),
         tone=tone,
         table=figure_table(values) if moved else None,
-        note=outcome_note(values) if moved else "",
+        notes=[*filter(None, (legend(values["figures"]), outcome_note(values)))] if moved else (),
         figures=_figures(values) if moved else (),
         basis=_basis(values, made or {}) if moved else "",
         sections=[
@@ -133,7 +133,7 @@ def _statement_values(outcome: StatementOutcome) -> Values:
     return {
         "path": statement.source.path,
         **attributes(statement, "line", "module", "routine", "instruction"),
-        **attributes(outcome, "status", "reason", "edited", "conf_changed", "shift_mm", "residual_mm"),
+        **attributes(outcome, "status", "reason", "edited", "conf_changed", "shift_mm", "residual_mm", "along_mm"),
     }
 
 
@@ -234,7 +234,7 @@ def _basis(values: Values, made: Mapping[str, str]) -> str:
         f"tolerance {values['tolerance_mm']:g} mm, {values['air_tolerance_mm']:g} mm in the air",
         f"scope {values['scope']}",
     ]
-    return f"{'; '.join(parts)}. {outcome_note(values)}."
+    return " ".join(filter(None, (f"{'; '.join(parts)}. {outcome_note(values)}.", legend(values["figures"]))))
 
 
 def undetermined_values(known: Undetermined | None) -> Values:

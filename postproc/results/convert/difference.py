@@ -49,7 +49,7 @@ def difference_document(
             **attributes(difference, "max_distance_mm", "max_angle_deg"),
             "differences": entries,
         },
-        sentence=f"Of {difference.compared} motion statements and all others: {_counted(difference.counts)}.",
+        sentence=f"{statements_text(difference)}.",
         figures=[
             Figure("largest distance", difference.max_distance_mm),
             Figure("largest angle", difference.max_angle_deg, unit="deg"),
@@ -127,11 +127,25 @@ def _change_line(f: FileDiff) -> str:
         return f"`{f.path}` would not change"
     if not f.found.differences:
         return f"`{f.path}` would change, and no motion in it"
-    moved = sum(d.what == "motion" and d.kind == "changed" for d in f.found.differences)
-    others = [d.kind for d in f.found.differences if d.what == "motion" and d.kind != "changed"]
-    counts = [f"{others.count(kind)} {kind}" for kind in ("added", "removed") if kind in others]
-    text = f"{moved} of {f.found.compared} motion statements, by up to {fixed(f.found.max_distance_mm, 3)} mm"
-    return f"`{f.path}` would change: {', '.join([text, *counts])}"
+    return f"`{f.path}` would change: {statements_text(f.found)}"
+
+
+def statements_text(found: ProgramDiff) -> str:
+    """Return what differs: ``8 of 9 motion statements differ, by up to 0.46 mm, 2 added``; then all other statements.
+
+    The largest distance is that of targets; where that of a circle point is larger, it is said to be one.
+    """
+    moved = [d for d in found.differences if d.what == "motion"]
+    others = Counter(d.kind for d in found.differences if d.what != "motion")
+    kinds = Counter(d.kind for d in moved)
+    parts = [f"{kinds['changed']} of {found.compared} motion statement{'s' * (found.compared != 1)} differ"]
+    farthest = max(moved, key=lambda d: d.distance_mm or 0.0, default=None)
+    if farthest is not None and farthest.distance_mm:
+        at = " at a circle point" * farthest.at_circle_point
+        parts.append(f"by up to {fixed(farthest.distance_mm, 3)} mm{at}")
+    parts += [f"{kinds[kind]} {kind}" for kind in ("added", "removed") if kinds[kind]]
+    rest = ", ".join(f"{others[kind]} {kind}" for kind in ("changed", "added", "removed") if others[kind])
+    return ", ".join(parts) + (f"; other statements and declarations: {rest}" if rest else "")
 
 
 def _tolerance(mm: float, deg: float) -> str:

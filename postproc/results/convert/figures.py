@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Literal
 
-from postproc.compensation.judgement.figures import COLUMNS, LABELS
+from postproc.compensation.judgement.figures import COLUMNS, LABELS, shown_figures
 from postproc.numbers import decimals_of, fixed, on_arm_text, range_text
 from postproc.report.blocks import DataTable, Tone, Values
 
@@ -77,7 +77,7 @@ def weld_notes(values: Values) -> list[Values]:
 
 
 def figure_table(values: Values) -> DataTable:
-    """Return the table of figures, for terminal and page; rows beyond their tolerance are warnings.
+    """Return the table of figures that tell something, for terminal and page; beyond their tolerance they are warnings.
 
     Args:
         values: the document of a conversion.
@@ -85,7 +85,7 @@ def figure_table(values: Values) -> DataTable:
     digits = decimals(values)
     rows: list[tuple[object, ...]] = []
     tones: list[Tone] = []
-    for row in values["figures"]:
+    for row in shown_figures(values["figures"]):
         before, after, tolerance = (row[f"{key}_mm"] for key in ("before", "after", "tolerance"))
         rows.append((LABELS[row["place"]], before, after, tolerance, range_text(row["expected_on_arm_mm"], digits)))
         tones.append("warning" if tolerance is not None and after > tolerance else "")
