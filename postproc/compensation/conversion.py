@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import hypot
 from typing import Any
 
 from postproc.compensation.correction.deviation import Deviation
 from postproc.compensation.correction.rigid_shift import RigidShift
-from postproc.compensation.judgement.accuracy import Accuracy, Expected
+from postproc.compensation.judgement.accuracy import Accuracy, Expected, on_arm_mm
 from postproc.compensation.judgement.figures import PathFigures, PlaceFigures
 from postproc.compensation.judgement.seams import Seam
 from postproc.compensation.options import Options
@@ -160,9 +159,8 @@ class JudgedProgram:
     def expected_on_arm_mm(self) -> list[float] | None:
         """95 % interval of the largest deviation on the arm [mm] where it welds, else along lines and arcs.
 
-        Both ends are sqrt(r^2 + (s d)^2 + e^2): r remains in the model, d was the deviation before, s is the share of
-        it that the stiffness of the type leaves (`Scatter.of_estimate`), e the error of a fitted model; s and e are the
-        lower ends of their intervals, or the upper ones. None where neither is known, or nothing could be measured.
+        It is that of `on_arm_mm`; None where neither the scatter of the type nor the error of a fitted model is known,
+        or nothing could be measured.
         """
         return self.expected_mm(self.places[0]) if self.places else None
 
@@ -179,7 +177,7 @@ class JudgedProgram:
         errors = (0.0, 0.0)
         if self.accuracy is not None:
             errors = self.accuracy.interval if place.place in ("weld", "path") else self.accuracy.interval_in_air
-        return [mm(hypot(place.after, s * place.before, e), 3) for s, e in zip(shares, errors, strict=True)]
+        return on_arm_mm(place.after, place.before, shares, errors)
 
     @property
     def decimals(self) -> int:

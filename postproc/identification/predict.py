@@ -28,8 +28,14 @@ from postproc.measure.read.columns import columns_of
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
 from postproc.model.ordered import with_ordered_channels
-from postproc.model.uncertainty.prediction import beyond_range, derivatives, read_uncertainty, sigma_parts
-from postproc.model.uncertainty.undetermined import covariance_factor, full_covariance
+from postproc.model.uncertainty.prediction import (
+    beyond_range,
+    covariance_factor,
+    derivatives,
+    read_uncertainty,
+    sigma_parts,
+)
+from postproc.model.uncertainty.undetermined import full_covariance
 
 SIGMA_PARTS = ("parameters", "unexplained", "noise")
 COLUMNS_OF_ALL = "pose_id,x_mm,y_mm,z_mm,sigma_mm,sigma_measured_mm"

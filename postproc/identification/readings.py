@@ -18,8 +18,8 @@ from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 from postproc.model.derivatives.sensitivity import grown_sensitivity
 from postproc.model.equilibrium import equilibrium
-from postproc.model.uncertainty.prediction import derivatives, read_uncertainty, sigma_parts
-from postproc.model.uncertainty.undetermined import covariance_factor, full_covariance
+from postproc.model.uncertainty.prediction import covariance_factor, derivatives, read_uncertainty, sigma_parts
+from postproc.model.uncertainty.undetermined import full_covariance
 
 PLACING_STEPS = 8
 """Gauss-Newton steps in which the unknowns of a set-up are found."""

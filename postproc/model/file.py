@@ -20,7 +20,8 @@ from postproc.files import read_source
 from postproc.model.arm import Model, StatedPrior
 from postproc.model.doubts import doubts
 from postproc.model.uncertainty.field import Field as MeasuredRows
-from postproc.model.uncertainty.prediction import stated_covariance, unpack_correlation
+from postproc.model.uncertainty.packed import unpack_correlation
+from postproc.model.uncertainty.prediction import stated_covariance
 from postproc.numbers import read_number
 from postproc.robot.arm import Robot
 from postproc.robot.catalogue import list_robots, load_robot

@@ -11,13 +11,8 @@ from postproc.cli.output import write_model
 from postproc.effects.library.joints.joint_error_map import JointErrorMap
 from postproc.model.arm import Model
 from postproc.model.file import read_model
-from postproc.model.uncertainty.prediction import (
-    Uncertainty,
-    pack_correlation,
-    read_uncertainty,
-    uncertainty_table,
-    unpack_correlation,
-)
+from postproc.model.uncertainty.packed import pack_correlation, unpack_correlation
+from postproc.model.uncertainty.prediction import Uncertainty, read_uncertainty, uncertainty_table
 from postproc.robot.catalogue import load_robot
 
 

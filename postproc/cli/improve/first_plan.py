@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from postproc.cli.improve.model_options import ArmOptions
+from postproc.cli.improve.for_programs import weld_targets
+from postproc.cli.improve.model_options import ArmOptions, MeasuredOptions
 from postproc.cli.inputs import load_model
 from postproc.cli.options import parse_tool, positive
 from postproc.cli.output import check_outputs, present, write_together
@@ -47,15 +49,17 @@ def plan_first(
     outputs: tuple[Path | None, Path | None, Path | None],
     *,
     box: Array | None,
-    sigma: float | None,
+    table_options: MeasuredOptions,
+    programs: Sequence[str],
     json: bool,
 ) -> int:
     """Plan set-ups without a table; write the table to fill in, the RAPID program and the sheet.
 
     Args:
         name: a model file, or the name of an arm of the library. count: number of set-ups.
-        box: (2, 3) region of the TCP [m], or None. sigma: standard deviation [m] of a reading, None for what is usual.
-        outputs: files of the table, the RAPID program and the sheet, None for none. json: print the document.
+        box: (2, 3) region of the TCP [m], or None. table_options: of these the noise of a reading and modules that are
+            read along count. programs: that the set-ups are for. json: print the document.
+        outputs: files of the table, the RAPID program and the sheet, None for none.
 
     Raises:
         PostprocError: CLI017 where the options say too little, or a load that is too heavy.
@@ -67,7 +71,7 @@ def plan_first(
     from postproc.report.page import render_sheet
     from postproc.results.improve.first_plan import first_plan_document
 
-    check_outputs((name, *arm_options.effects, arm_options.cell), *outputs)
+    check_outputs((name, *arm_options.effects, arm_options.cell, *programs, *table_options.side_files), *outputs)
     table, rapid, sheet = outputs
     kind, load, pull = options.kind, options.load or 0.0, options.pull or 0.0
     if kind is None or (kind == "gauge" and not (load or pull)):
@@ -81,7 +85,8 @@ def plan_first(
         text = f"{heaviest:g} kg are over the rated payload of `{arm.robot.name}`"
         raise PostprocError.of("CLI017", text, help=f"hang at most {rated:g} kg on it")
     say(f"arm `{arm.robot.name}`; {kind}; no table")
-    plan = plan_setups(arm, Request(kind, load, pull, sigma, box), count)
+    welds = weld_targets(programs, table_options.side_files)
+    plan = plan_setups(arm, Request(kind, load, pull, table_options.sigma, box), count, welds)
     document, csv = first_plan_document(name.name, plan), setups_csv(plan).encode()
     module = setups_module(plan, "the table" if table is None else table.name, options.signal)
     files = [(rapid, module), (sheet, render_sheet(document).encode("utf-8", "replace"))]

@@ -139,16 +139,16 @@ def opened(
     arm_options: ArmOptions,
     table: TableOptions,
     *outputs: Path | None,
-    also: str | None = None,
+    also: Sequence[str | None] = (),
 ) -> tuple[Model, Measurements]:
     """Read the model and the tables, after refusing outputs that are inputs; prints arm, effects and noise.
 
     Args:
         data: files of the tables. arm_options: what holds of the arm beside the model file.
         table: how the tables are read.
-        outputs: files that will be written. also: a further table that the command reads, which no output may replace.
+        outputs: files that will be written. also: what else the command reads, which no output may replace.
     """
-    check_outputs((model, *data, also, *table.inputs, *arm_options.effects, arm_options.cell), *outputs)
+    check_outputs((model, *data, *also, *table.inputs, *arm_options.effects, arm_options.cell), *outputs)
     arm = load_model(model, arm_options.effects, arm_options.cell)
     if arm_options.tool is not None:
         arm = replace(arm, T_flange_tcp=parse_tool(arm_options.tool))

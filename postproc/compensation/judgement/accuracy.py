@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from postproc.arrays import Array
 from postproc.channels.state import State
 from postproc.compensation.correction.curve import Exact
 from postproc.compensation.correction.deviation import away_from_curves
@@ -21,7 +22,7 @@ from postproc.model.uncertainty.prediction import beyond_range, position_covaria
 from postproc.model.uncertainty.scatter import QUANTILES, Scatter, normal_draws
 from postproc.model.uncertainty.undetermined import Undetermined, undetermined_under_load
 from postproc.motion.values import Flags
-from postproc.numbers import percent_range
+from postproc.numbers import mm, percent_range
 
 WITHIN_95 = 2.796  # 95 % of a three-dimensional normal error lie within so many standard deviations per axis
 HALF = 0.5
@@ -76,15 +77,12 @@ def expect_on_arm(model: Model, motion: Motion, exact: Exact, source: Source) ->
     largest deviation where it welds (without welds, along lines and arcs) times the middle share sqrt(low high), a
     fifth below the median of arms of the type. Of both it is the larger.
     """
-    samples, wanted, targets = motion.samples, motion.wanted, motion.samples.goal
-    if len(targets) > _MOST_TARGETS_JUDGED:
-        targets = targets[np.linspace(0, len(targets) - 1, _MOST_TARGETS_JUDGED).round().astype(int)]
-    at_targets, space = motion.at(targets), ~samples.curves.joint[samples.move]
-    welding = np.array([move.welding for move in samples.moves])[samples.move]
+    samples, wanted = motion.samples, motion.wanted
+    (at_targets, at_welds), space = judged_targets(motion), ~samples.curves.joint[samples.move]
     scatter = type_scatter(*unknown_loads(model, at_targets))
-    fitted = model if scatter is None else _without_link_masses(model)  # arms of the type differ in them, too
-    accuracy, findings = _expect_accuracy(fitted, at_targets, welding[targets], source)
-    lit = space & welding
+    fitted = model if scatter is None else without_link_masses(model)  # arms of the type differ in them, too
+    accuracy, findings = _expect_accuracy(fitted, at_targets, at_welds, source)
+    lit = space & np.array([move.welding for move in samples.moves])[samples.move]
     rows = np.flatnonzero(lit if lit.any() else space)
     uncorrected = 2 * wanted.T_work_tcp[rows, :3, 3] - exact.T_work_tcp[rows, :3, 3]  # about where the arm goes
     away, _ = away_from_curves(wanted.curves, samples.move[rows], uncorrected)
@@ -98,6 +96,15 @@ def expect_on_arm(model: Model, motion: Motion, exact: Exact, source: Source) ->
             Diagnostic("CMP027", "warning", f"{text}, as the stiffness of this arm is not measured", source, help=help_)
         )
     return Expected(accuracy, scatter, distance), findings
+
+
+def judged_targets(motion: Motion) -> tuple[State, Flags]:
+    """Return states (n,) at the targets of a program, of many some along it, and (n,) which of them weld."""
+    targets = motion.samples.goal
+    if len(targets) > _MOST_TARGETS_JUDGED:
+        targets = targets[np.linspace(0, len(targets) - 1, _MOST_TARGETS_JUDGED).round().astype(int)]
+    welding = np.array([move.welding for move in motion.samples.moves])
+    return motion.at(targets), welding[motion.samples.move[targets]]
 
 
 def remaining_deflection(values: Mapping[str, Any]) -> tuple[str, str]:
@@ -136,20 +143,36 @@ def _expect_accuracy(
         return None, findings
     undetermined = undetermined_under_load(model, at_goals, WITHIN_95)
     by_parameters, unexplained = parts[:, (most := int(np.argmax(sigma)))].tolist()
-    stated, _ = sigma_parts(_without_link_masses(model), at_goals.rows(np.array([most])), instrument=False)
+    stated, _ = sigma_parts(without_link_masses(model), at_goals.rows(np.array([most])), instrument=False)
     by_weights = WITHIN_95 * math.sqrt(max(by_parameters**2 - float(stated[0]) ** 2, 0.0))
     sizes = float(np.sqrt(np.mean(sigma**2))), float(WITHIN_95 * sigma.max())
     worst = np.array([np.argmax(np.where(mask, sigma, 0.0)) for mask in (welding | ~welding.any(), True)])
-    # Quantiles of the length of a normal error with the covariance of the position there.
     covariance = position_covariance(model, at_goals.rows(worst), known, instrument=False)
-    square = np.maximum(np.linalg.eigvalsh(covariance) + parts[1, worst, None] ** 2, 0.0)
-    ends = np.quantile(np.sqrt(normal_draws(3) ** 2 @ square.T), QUANTILES, axis=0).T
-    (low, high), (low_in_air, high_in_air) = ends.tolist()
-    intervals = (low, high), (low_in_air, high_in_air)
-    return Accuracy(*sizes, (by_parameters, unexplained), *intervals, by_weights, undetermined, beyond), findings
+    welding_there, in_air = map(length_interval, covariance + parts[1, worst, None, None] ** 2 * np.eye(3))
+    return Accuracy(
+        *sizes, (by_parameters, unexplained), welding_there, in_air, by_weights, undetermined, beyond
+    ), findings
 
 
-def _without_link_masses(model: Model) -> Model:
+def length_interval(covariance: Array) -> tuple[float, float]:
+    """Return the interval [m] that holds 95 % of the lengths of a normal error with a covariance (3, 3) [m^2]."""
+    square = np.maximum(np.linalg.eigvalsh(covariance), 0.0)
+    low, high = np.quantile(np.sqrt(normal_draws(3) ** 2 @ square), QUANTILES).tolist()
+    return low, high
+
+
+def on_arm_mm(remaining: float, before: float, shares: tuple[float, float], errors: tuple[float, float]) -> list[float]:
+    """Return the 95 % interval of the largest deviation on the arm [mm], both ends sqrt(r^2 + (s d)^2 + e^2).
+
+    Args:
+        remaining, before: r of the corrected program and d of the original, in the model [m].
+        shares: interval of s, the share of d that the stiffness of the type leaves (`Scatter.of_estimate`).
+        errors: interval of e, the error of a fitted model [m].
+    """
+    return [mm(math.hypot(remaining, s * before, e), 3) for s, e in zip(shares, errors, strict=True)]
+
+
+def without_link_masses(model: Model) -> Model:
     """Return the model as if the masses of its links were exact."""
     return replace(model, fit={key: value for key, value in model.fit.items() if key != "link_mass"})
 

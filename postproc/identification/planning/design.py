@@ -155,7 +155,7 @@ def choose(
         chosen.append(best)
         free &= posture != posture[best]
         times[touched[best]] += 1
-        P = _updated(P, Z[best])
+        P = updated(P, Z[best])
     return chosen, P
 
 
@@ -191,7 +191,7 @@ def separate(fit: Fit, pool: Problem, pair: list[type[Effect]], n: int) -> tuple
         gain[chosen] = -np.inf
         best = int(np.argmax(gain))
         chosen.append(best)
-        sides = [(Z, _updated(P, Z[best]), total + float(np.sum(Z[best, :, -1] ** 2))) for Z, P, total in sides]
+        sides = [(Z, updated(P, Z[best]), total + float(np.sum(Z[best, :, -1] ** 2))) for Z, P, total in sides]
     return chosen, before, _distance(sides)
 
 
@@ -217,7 +217,7 @@ def _gain(Z: Array, P: Array) -> Array:
     return np.asarray((e.mT @ np.linalg.solve(np.eye(3) + ZP @ Z.mT - last * e @ e.mT, e))[:, 0, 0])
 
 
-def _updated(P: Array, z: Array) -> Array:
+def updated(P: Array, z: Array) -> Array:
     """Return the covariance (p, p) after measuring rows z (3, p), (P^-1 + z^T z)^-1, by the matrix inversion lemma."""
     Pz = P @ z.T
     return np.asarray(P - Pz @ np.linalg.solve(np.eye(len(z)) + z @ Pz, Pz.T))

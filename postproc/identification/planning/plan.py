@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,17 +15,23 @@ from postproc.effects.registry import effect_library, find_effect
 from postproc.effects.roles import Role
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
+from postproc.estimation.priors import is_placed
 from postproc.estimation.problem import Problem, make_weights
+from postproc.estimation.recorded import recorded_model
+from postproc.estimation.solving.settle import settled
 from postproc.estimation.solving.step import Name
 from postproc.identification.diagnose import diagnose
-from postproc.identification.planning.design import FULL_RANGE, Room, separate, sharpen
+from postproc.identification.planning.design import FULL_RANGE, Room, choose, separate, sharpen
 from postproc.identification.planning.promise import Contest, Promise
 from postproc.identification.planning.standing import comfortable_range
 from postproc.identification.planning.table import as_csv, posture_columns
+from postproc.identification.planning.weld_targets import WeldTargets, weld_weight
 from postproc.identification.refits import refit_all, without
+from postproc.identification.regions import with_regions
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model, as_written, with_axes
 from postproc.model.equilibrium import predict
+from postproc.model.uncertainty.prediction import error_directions, read_uncertainty
 from postproc.watch import Watch, unwatched
 
 CANDIDATES = 3000
@@ -69,6 +75,8 @@ class MeasuringPlan:
             none that this data does not tell from it.
         promise: how many simulated tables with these poses tell the two effects apart; None without a pair.
         alternatives: what else was simulated, where these are too few; the last one is the first that is enough.
+        programs: for which the poses were chosen, each with the 95 % interval of the largest deviation on the arm where
+            it welds [mm], once they are measured.
     """
 
     fit: Fit
@@ -82,6 +90,7 @@ class MeasuringPlan:
     resolved: bool = True
     promise: Promise | None = None
     alternatives: tuple[Alternative, ...] = ()
+    programs: tuple[tuple[WeldTargets, list[float]], ...] = ()
 
     @property
     def ids(self) -> list[str]:
@@ -114,6 +123,7 @@ def plan_poses(
     *,
     noise: float | None = None,
     room: Room = FULL_RANGE,
+    programs: Callable[[Model], Sequence[WeldTargets]] | None = None,
     watch: Watch = unwatched,
 ) -> MeasuringPlan:
     """Choose n poses one after another from random reachable ones.
@@ -121,12 +131,14 @@ def plan_poses(
     Between two effects: the pose that adds most to what is left of one effect after projecting out the other and all
     fitted parameters, both ways (T-optimal, Atkinson and Fedorov 1975). What the poses are worth is simulated: tables
     with one of the effects, and a search on each (`Contest.promise`). Where too few tell them apart, other poses and
-    loads are simulated, too. Else: the pose that shrinks the volume of the parameters' covariance most (D-optimal),
-    counted in ordinary sizes.
+    loads are simulated, too. For programs: the pose that lowers the mean square error expected at their welds most
+    (L-optimal). Else: the pose that shrinks the volume of the parameters' covariance most (D-optimal), counted in
+    ordinary sizes.
 
     Args:
         between: keys of the two effects; extra_effects: classes beside the library's.
         noise: standard deviation per axis [m] stated by the user; room: where poses may be.
+        programs: returns those that the poses are for, as a model corrects them; None for none. Not beside a pair.
         watch: is called with what is being done and the share of the work that is done.
 
     Raises:
@@ -137,6 +149,8 @@ def plan_poses(
     pair = [find_effect(key, library) for key in between or ()]
     if between is None:
         fit = fit_model(model, data, noise=noise)
+        if programs is not None:
+            return _for_programs(fit, room, n, programs)
         pool = _pool(fit, room, n)
         chosen, before, after, worst, never = sharpen(fit, pool, n)
         return MeasuringPlan(fit, *_picked(fit, pool, chosen), None, before, after, tuple(worst), tuple(never))
@@ -154,6 +168,24 @@ def plan_poses(
     resolved = bool(named) and not any(other in between for some in named.values() for other in some)
     others = list(_alternatives(contest, pair, n, room)) if not (promise.enough or resolved) else []
     return MeasuringPlan(fit, state, T, between, before, after, (), (), resolved, promise, tuple(others))
+
+
+def _for_programs(fit: Fit, room: Room, n: int, programs: Callable[[Model], Sequence[WeldTargets]]) -> MeasuringPlan:
+    """Choose n poses that lower the mean square error expected at the welds of programs most, one after another."""
+    fit = with_regions(settled(fit), without(fit, [e.key for e in fit.model.effects if not is_placed(e)]))
+    model, pool = recorded_model(fit), _pool(fit, room, n)
+    known, welds = read_uncertainty(model), programs(model)
+    assert known is not None
+    if any(one.scatter for one in welds):
+        known = replace(known, link_mass=np.zeros((0, 0)))
+    scale = pool.weights.values[:, :3, None] / np.sqrt(fit.scatter_of_parameters)
+    Z = error_directions(model, pool.data.state, known) * scale
+    causes = np.eye(Z.shape[2])
+    chosen, open_causes = choose(Z, causes, n, weld_weight([one.errors(known) for one in welds]))
+    state, T = _picked(fit, pool, chosen)
+    shares = [(0.0, 0.0) if one.scatter is None else one.scatter.of_estimate for one in welds]
+    after = [one.on_arm(s, one.errors_after(known, open_causes, state)) for one, s in zip(welds, shares, strict=True)]
+    return MeasuringPlan(fit, state, T, None, 0.0, 0.0, programs=tuple(zip(welds, after, strict=True)))
 
 
 def _alternatives(contest: Contest, pair: list[type[Effect]], n: int, room: Room) -> Iterator[Alternative]:

@@ -6,7 +6,7 @@ that a search finds, the length of a ball bar, a position.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -21,15 +21,17 @@ from postproc.diagnostics import PostprocError
 from postproc.effects.registry import effect_in_role
 from postproc.effects.roles import Role
 from postproc.estimation.priors import UNDETERMINED_SHARE, prior_of
-from postproc.identification.planning.design import choose
+from postproc.identification.planning.design import choose, updated
 from postproc.identification.planning.standing import arm_length, can_work, moved_onto, random_postures, working_box
+from postproc.identification.planning.weld_targets import WeldTargets, weld_weight
 from postproc.measure.kinds.base import POINT, TILT, UNKNOWNS, Read, ReadingKind, Seen
 from postproc.measure.kinds.distance import Distance
 from postproc.measure.kinds.gauge import Gauge
 from postproc.measure.kinds.plane import Plane
 from postproc.measure.kinds.tip import Tip
 from postproc.model.arm import Model
-from postproc.model.uncertainty.scatter import deflection_shares, scatter_covariance, scatter_of
+from postproc.model.uncertainty.prediction import Uncertainty, error_directions, read_uncertainty
+from postproc.model.uncertainty.scatter import deflection_shares, deflection_slopes, scatter_covariance, scatter_of
 from postproc.robot.kinematics import forward, jacobian, skew
 
 
@@ -95,6 +97,8 @@ class SetupPlan:
             the loads alone, without the weights of the links.
         unknown: joints, from 0, of whose springs the measurements tell less than half; unloaded: those that no load of
             any set-up winds up.
+        programs: for which the set-ups were chosen, each with the 95 % interval of the largest deviation on the arm
+            where it welds [mm], once they are measured.
     """
 
     model: Model
@@ -107,6 +111,7 @@ class SetupPlan:
     remaining: Mapping[str, tuple[float, float]]
     unknown: tuple[int, ...]
     unloaded: tuple[int, ...]
+    programs: tuple[tuple[WeldTargets, list[float]], ...] = ()
 
     @property
     def ids(self) -> list[str]:
@@ -140,7 +145,9 @@ class _Pool:
     Args:
         state, names, direction, change, begin: as of `SetupPlan`. posture: (c,) number of its posture, of which one
             set-up is chosen at most.
-        rows: (c, k, p + u) derivatives of the k numbers that are read, by p parameters and u unknowns of the shop.
+        rows: (c, k, 12 + e + p + u) derivatives of the k numbers that are read: by what the type leaves unknown, by the
+            causes of error that a fit knows of, by geometry, and by u unknowns of the shop. fitted: e. others: prior
+            covariances (p, p) and (u, u).
     """
 
     state: State
@@ -150,6 +157,8 @@ class _Pool:
     begin: Array
     posture: NDArray[np.int_]
     rows: Array
+    fitted: int
+    others: tuple[Array, Array]
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,12 +178,19 @@ class Request:
     box: Array | None = None
 
 
-def plan_setups(model: Model, request: Request, count: int) -> SetupPlan:
+def plan_setups(
+    model: Model, request: Request, count: int, programs: Callable[[Model], Sequence[WeldTargets]] | None = None
+) -> SetupPlan:
     """Choose set-ups one after another so that least of the deflection is expected to remain (L-optimal, greedy).
 
     With parameters of prior covariance P (logarithms of joint compliances and of masses of the links; joint offsets and
     the tool where places count), a set-up that reads rows Z takes P to (P^-1 + Z^T Z / sigma^2)^-1. The next one is
     that which lowers tr(D P D^T) most, D the derivatives of the TCP under the loads at postures all over the region.
+    For programs D are those at their weld targets under their loads, by the causes of error that the model's fit knows
+    of, where it has one (`error_directions`).
+
+    Args:
+        programs: returns those that the set-ups are for, as a model corrects them; None for none.
 
     Raises:
         PostprocError: DAT024 where fewer set-ups are possible than are asked for.
@@ -182,32 +198,45 @@ def plan_setups(model: Model, request: Request, count: int) -> SetupPlan:
     springs, arm = effect_in_role(Role.JOINT_SPRINGS).null(), model
     if arm.in_role(Role.JOINT_SPRINGS) is None:  # then those of its type
         arm = model.with_effects(*model.effects, springs.with_vector(prior_of(springs, model).value))
+    known, welds = (None, ()) if programs is None else (read_uncertainty(arm), programs(arm))
     g, kind = np.random.default_rng(SETUPS_SEED), request.kind
     box = working_box(arm.robot) if request.box is None else request.box
-    pool = _pool(arm, request, box, g)
+    pool = _pool(arm, request, box, g, known)
     if (possible := len(np.unique(pool.posture))) < count:
         message = f"{possible} set-ups can be measured here, and {count} are asked for"
         raise PostprocError.of("DAT024", message, help="widen `--region`, or take a heavier load (`--load`)")
     q = _postures(arm, "position", box, g)[0][:JUDGED]
     judged = _loaded(arm, q, request)
     judged = judged.rows(slice(-max(len(judged) - len(q), len(q)), None))
-    D = _columns(arm, judged, kind)[0]
-    P = block_diag(scatter_covariance(arm), np.eye(D.shape[2] - KNOWN))
-    place = np.eye(pool.rows.shape[2] - len(P))
-    weigh = block_diag(np.einsum("nip,niq->pq", D, D), 0.0 * place)
+    # What the type leaves unknown, and what a fit does; in either case beside geometry and places of what is touched.
+    whitened, end = pool.rows / (request.sigma or SHOP[kind].noise), KNOWN + pool.fitted
+    of_type, others = np.delete(whitened, slice(KNOWN, end), axis=2), block_diag(*pool.others)
+    P = block_diag(scatter_covariance(arm), others)
+    Z, prior = of_type, P
+    wanted = [D for one in welds for D in one.slopes()] or [_columns(arm, judged, kind)[0]]
+    if known is not None:
+        Z, prior = whitened[:, :, KNOWN:], block_diag(np.eye(pool.fitted), others)
+        wanted = [one.errors(known) for one in welds]
+    weigh, W = np.zeros_like(prior), weld_weight(wanted)
+    weigh[: len(W), : len(W)] = W
     groups = np.column_stack([pool.posture, np.unique(pool.names, return_inverse=True)[1]])
-    whitened = pool.rows / (request.sigma or SHOP[kind].noise)
-    chosen, S = choose(whitened, block_diag(P, UNKNOWN_PLACE**2 * place), count, weigh, groups)
+    chosen, open_causes = choose(Z, prior, count, weigh, groups)
     at = np.array(chosen)
     at = at[np.lexsort((pool.state.q[at, 0], pool.names[at], np.asarray(pool.state.payload_mass)[at]))]
+    S = updated(P, of_type[at].reshape(-1, len(P)))
     cases = {"before": (P, True), "after": (S, True), "of_loads_before": (P, False), "of_loads_after": (S, False)}
     remaining = {key: scatter_of(arm, judged, C[:KNOWN, :KNOWN], all_).remaining for key, (C, all_) in cases.items()}
     unknown = np.flatnonzero(np.diag(S)[:6] > UNDETERMINED_SHARE**2 * np.diag(P)[:6]).tolist()
     loading = np.abs(pool.rows[:, :, :6]).max(axis=(0, 1))
     unloaded = np.flatnonzero(loading < NEVER_LOADED * loading.max()).tolist()
+    after = []
+    for one in welds:
+        shares = one.shares_after(S[:KNOWN, :KNOWN]) if known is None or one.scatter else (0.0, 0.0)
+        errors = (0.0, 0.0) if known is None else one.errors_after(known, open_causes[: len(W), : len(W)])
+        after.append(one.on_arm(shares, errors))
     state, names, begin = pool.state.rows(at), tuple(pool.names[at]), pool.begin[at]
     setups = (arm, kind, state, names, pool.direction[at], pool.change[at], begin)
-    return SetupPlan(*setups, remaining, tuple(unknown), tuple(unloaded))
+    return SetupPlan(*setups, remaining, tuple(unknown), tuple(unloaded), tuple(zip(welds, after, strict=True)))
 
 
 def _loaded(arm: Model, q: Array, request: Request) -> State:
@@ -227,18 +256,24 @@ def _loaded(arm: Model, q: Array, request: Request) -> State:
     )
 
 
-def _columns(arm: Model, state: State, kind: str) -> tuple[Array, Array]:
-    """Return derivatives (n, 3, p) of the TCP [m] by the parameters, and its deflection (n, 3) [m], to first order.
+def _columns(arm: Model, state: State, kind: str, known: Uncertainty | None = None) -> tuple[Array, Array]:
+    """Return derivatives (n, 3, 12 + e + p) of the TCP [m], and its deflection (n, 3) [m], to first order.
 
-    Parameters are the logarithms of the compliances and of the masses of bodies 1 to 6; but for a gauge, which sees
-    changes alone, then joint offsets and the coordinates of the tool, by their standard deviations.
+    They are by the logarithms of the compliances and of the masses of bodies 1 to 6, then by what a fit knows of its
+    errors; but for a gauge, which sees changes alone, then by joint offsets and the coordinates of the tool, by their
+    standard deviations, unless the fit knows other parameters than springs.
     """
     x = deflection_shares(arm, state)
-    D = np.concatenate([x.sum(axis=1), x[:, :6].sum(axis=0)]).transpose(1, 2, 0)
-    if kind != "gauge":
+    D = deflection_slopes(x)
+    geometry = kind != "gauge"
+    if known is not None:
+        D = np.concatenate([D, error_directions(arm, state, known, instrument=False)], axis=2)
+        of_loads = {effect.key for role in (Role.JOINT_SPRINGS, Role.SETUPS) if (effect := arm.in_role(role))}
+        geometry &= {key for key, _ in known.all_parameters} <= of_loads
+    if geometry:
         turned = (forward(arm.robot, state.q) @ arm.T_flange_tcp)[:, :3, :3]
-        geometry = np.concatenate([jacobian(arm.robot, state.q, arm.T_flange_tcp)[:, :3], turned], axis=2)
-        D = np.concatenate([D, UNKNOWN_GEOMETRY * geometry], axis=2)
+        moved = np.concatenate([jacobian(arm.robot, state.q, arm.T_flange_tcp)[:, :3], turned], axis=2)
+        D = np.concatenate([D, UNKNOWN_GEOMETRY * moved], axis=2)
     return D, x.sum(axis=(0, 1))
 
 
@@ -278,18 +313,18 @@ def _postures(arm: Model, kind: str, box: Array, g: np.random.Generator) -> tupl
     return tuple(x[good][:POOL] for x in (q, name, begin, normal, unknown))
 
 
-def _pool(arm: Model, request: Request, box: Array, g: np.random.Generator) -> _Pool:
+def _pool(arm: Model, request: Request, box: Array, g: np.random.Generator, known: Uncertainty | None = None) -> _Pool:
     """Return the set-ups at some postures: a gauge along each axis of the base where its change is readable, else each
     posture without and with the mass.
 
     Args:
-        box: (2, 3) region [m].
+        box: (2, 3) region [m]. known: what a fit of the arm knows of its errors; None for none.
     """
     gauge = request.kind == "gauge"
     q, names, begin, normal, unknown = _postures(arm, request.kind, box, g)
     state = _loaded(arm, q, request if gauge else replace(request, pull=0.0))
     posture = np.arange(len(state)) % max(len(q), 1)
-    D, moved = _columns(arm, state, request.kind)
+    D, moved = _columns(arm, state, request.kind, known)
     direction, change = normal[posture], np.zeros(len(state))
     if gauge:  # the difference of two readings has no zero, and twice the variance of one
         moved, D = moved - moved[posture], (D - D[posture]) / np.sqrt(2.0)
@@ -304,4 +339,6 @@ def _pool(arm: Model, request: Request, box: Array, g: np.random.Generator) -> _
         of_name = (names[:, None] == np.unique(names)).astype(float)
         by_unknown = np.einsum("cku,cs->cksu", read.by_unknown, of_name)
         rows = np.concatenate([rows, by_unknown.reshape(*rows.shape[:2], of_name.shape[1] * UNKNOWNS)], axis=2)
-    return _Pool(state, names, direction, change, begin[posture], posture, rows)
+    fitted = 0 if known is None else len(known.parameters) + len(known.unseen) + len(known.link_mass)
+    others = np.eye(D.shape[2] - KNOWN - fitted), UNKNOWN_PLACE**2 * np.eye(rows.shape[2] - D.shape[2])
+    return _Pool(state, names, direction, change, begin[posture], posture, rows, fitted, others)

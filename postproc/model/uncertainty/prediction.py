@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import zlib
-from base64 import b64decode, b64encode
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
-from textwrap import wrap
 from typing import Any
 
 import numpy as np
@@ -22,67 +18,9 @@ from postproc.model.derivatives.places import BATCH, PLACES, displacement_parts,
 from postproc.model.derivatives.sensitivity import Sensitivity, grown_sensitivity
 from postproc.model.equilibrium import predict
 from postproc.model.uncertainty.field import Field
+from postproc.model.uncertainty.packed import pack_correlation, unpack_correlation
 
-PACKING_STEP = 2.0**-8
-"""Step of the written numbers of 1,000 parameters, in conditional standard deviations; finer with fewer parameters."""
-LEAST_VARIANCE = 1e-14  # eigenvalue of a correlation matrix below which double precision tells nothing
-PACKED_WIDTH = 120  # characters of a line
 MARGIN = 0.02  # of a channel's measured span: a program may go so far beyond without a word
-
-
-def pack_correlation(correlation: Array) -> str:
-    """Return a correlation matrix (p, p) as lines of text: base64 of compressed whole numbers.
-
-    With C = L L^T, L lower triangular, row i of L is written in steps of (p / 1000)^2 2^-8 / sqrt((C^-1)_ii), a part of
-    the standard deviation of parameter i given all others, which is the least that any combination with it shows. So
-    every combination of parameters keeps its standard deviation, well determined ones too: within 5 % of 1,000
-    parameters in the worst direction, some 0.01 % in a prediction, and closer with fewer. The numbers are those of L,
-    row by row, n as 2 n or -2 n - 1, eight bytes each, all lowest bytes first.
-
-    Args:
-        correlation: (p, p) positive semidefinite, ones on its diagonal.
-    """
-    count = len(correlation)
-    size, turned = np.linalg.eigh(correlation)
-    size = np.maximum(size, LEAST_VARIANCE)
-    lower = np.linalg.qr((turned * np.sqrt(size)).T)[1].T
-    conditional = 1.0 / np.sqrt((turned**2 / size).sum(axis=1))
-    numbers = np.rint(lower / (PACKING_STEP * (count / 1000) ** 2 * conditional[:, None])).astype(np.int64)
-    signed = numbers[np.tril_indices(count)]
-    planes = ((signed << 1) ^ (signed >> 63)).astype("<u8").view(np.uint8).reshape(-1, 8).T
-    return "\n".join(wrap(b64encode(zlib.compress(planes.tobytes(), 9)).decode(), PACKED_WIDTH))
-
-
-@lru_cache(maxsize=4)
-def unpack_correlation(text: str, count: int) -> Array:
-    """Return the correlation matrix (p, p), which cannot be written to, of a text by `pack_correlation`.
-
-    The scale of a row of L does not matter, since a parameter is correlated with itself by 1.
-
-    Args:
-        count: p.
-
-    Raises:
-        ValueError: the text is not that of p parameters.
-    """
-    expected = 8 * (count * (count + 1) // 2)
-    reader = zlib.decompressobj()
-    try:
-        data = reader.decompress(b64decode("".join(text.split()), validate=True), expected + 1)
-    except (ValueError, zlib.error) as error:
-        raise ValueError("the text is not base64 of compressed numbers") from error
-    if len(data) != expected or not reader.eof:
-        raise ValueError(f"the text is not that of {count} parameters")
-    unsigned = np.frombuffer(data, np.uint8).reshape(8, -1).T.copy().view("<u8")[:, 0]
-    lower = np.zeros((count, count))
-    lower[np.tril_indices(count)] = (unsigned >> 1).astype(np.int64) ^ -(unsigned & 1).astype(np.int64)
-    length = np.linalg.norm(lower, axis=1)
-    if not length.all():
-        raise ValueError("a parameter varies with none, not even itself")
-    lower /= length[:, None]
-    correlation = np.asarray(lower @ lower.T)
-    correlation.setflags(write=False)
-    return correlation
 
 
 @dataclass(frozen=True)
@@ -223,14 +161,13 @@ def stated_covariance(fit: Mapping[str, Any], count: int) -> Array | None:
 
 
 def position_covariance(model: Model, state: State, known: Uncertainty, instrument: bool = True) -> Array:
-    """Return the covariance (n, 3, 3) [m^2] of the predicted TCP by its parameters: D (P + B B^T) D^T + m m^T + e e^T.
+    """Return the covariance (n, 3, 3) [m^2] of the predicted TCP by its parameters: E E^T + m m^T + e e^T.
 
-    D are the derivatives of the position by the parameters, P their covariance, and B directions in which the data
-    leaves parameters open, and the masses of the links with them; for B parameters of the instrument's frame always
-    count, as they absorb errors of others. Beyond the range of data of a free function, D is that of the function
-    without its limit, where P has its prior. The prediction keeps the value at the limit, and m is how far that is from
-    the function's own. For each edge in an effect that was composed from data (a structural number, which no row tells
-    closer than its two bounds) e is half of the change of the position between the bounds.
+    E are its errors by independent causes (`error_directions`). Beyond the range of data of a free function, these are
+    errors of the function without its limit, where its parameters have their prior. The prediction keeps the value at
+    the limit, and m is how far that is from the function's own. For each edge in an effect that was composed from data
+    (a structural number, which no row tells closer than its two bounds) e is half of the change of the position between
+    the bounds.
 
     Args:
         known: the uncertainty that the fit noted.
@@ -238,21 +175,47 @@ def position_covariance(model: Model, state: State, known: Uncertainty, instrume
             frame do not count.
     """
     result = np.empty((len(state), 3, 3))
-    for rows in blocks(len(state), BATCH):
-        at = grown_sensitivity(model, state.rows(rows))
-        D, missed, counted = derivatives(model, state.rows(rows), known.all_parameters, instrument, at)
-        off = D @ known.unseen.T if len(known.unseen) else np.zeros((len(D), 3, 0))
-        if len(known.link_mass):
-            off = np.concatenate(
-                [off, np.concatenate([D, at.by_link_mass()[:, :3]], axis=2) @ known.link_mass.T], axis=2
-            )
-        D = D[:, :, : len(known.parameters)] * counted[: len(known.parameters)]
-        result[rows] = D @ known.covariance @ np.swapaxes(D, 1, 2)
-        result[rows] += off @ np.swapaxes(off, 1, 2)
-        result[rows] += missed[:, :, None] * missed[:, None, :]
+    for rows, E, missed in _errors(model, state, known, instrument):
+        result[rows] = E @ E.mT + missed[:, :, None] * missed[:, None, :]
     for half in _half_steps(model, state):
         result += half[:, :, None] * half[:, None, :]
     return result
+
+
+def error_directions(model: Model, state: State, known: Uncertainty, instrument: bool = True) -> Array:
+    """Return the errors (n, 3, e) [m] of the predicted TCP by e independent causes, each off by a standard deviation.
+
+    They are D F, D B^T and D m^T: D are the derivatives of the position by the parameters, F F^T is their covariance, B
+    are directions in which the data leaves parameters open, and m those together with the masses of the links; for B
+    and m parameters of the instrument's frame always count, as they absorb errors of others. The causes are the same
+    for all states and for every model that has some of these parameters: those that it lacks move nothing.
+
+    Args:
+        known: the uncertainty that the fit noted; instrument: as of `position_covariance`.
+    """
+    return np.concatenate([E for _, E, _ in _errors(model, state, known, instrument)])
+
+
+def _errors(model: Model, state: State, known: Uncertainty, instrument: bool) -> Iterator[tuple[slice, Array, Array]]:
+    """Yield rows of states, `error_directions` there, and the distance [m] that `derivatives` says is left out."""
+    count, factor = len(known.parameters), covariance_factor(known.covariance)
+    for rows in blocks(len(state), BATCH):
+        at = grown_sensitivity(model, state.rows(rows))
+        D, missed, counted = derivatives(model, state.rows(rows), known.all_parameters, instrument, at)
+        parts = [(D[:, :, :count] * counted[:count]) @ factor]
+        if len(known.unseen):
+            parts.append(D @ known.unseen.T)
+        if len(known.link_mass):
+            parts.append(np.concatenate([D, at.by_link_mass()[:, :3]], axis=2) @ known.link_mass.T)
+        yield rows, np.concatenate(parts, axis=2), missed
+
+
+def covariance_factor(S: Array) -> Array:
+    """Return F (p, p) with F F^T = S for a covariance (p, p), which may be singular, of numbers of any sizes."""
+    scale = np.sqrt(np.maximum(np.diag(S), 0.0))
+    scale = np.where(scale > 0, scale, 1.0)
+    size, axes = np.linalg.eigh(S / np.outer(scale, scale))
+    return np.asarray(scale[:, None] * axes * np.sqrt(np.maximum(size, 0.0)))
 
 
 def _half_steps(model: Model, state: State) -> Iterator[Array]:

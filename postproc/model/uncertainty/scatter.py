@@ -167,6 +167,15 @@ def deflection_shares(model: Model, state: State) -> Array:
     return np.einsum("nij,snj->jsni", columns, torques)
 
 
+def deflection_slopes(shares: Array) -> Array:
+    """Return the derivatives (n, 3, 12) of the TCP's deflection [m] by the logarithms of compliances and masses.
+
+    Args:
+        shares: (6, 7, n, 3) of `deflection_shares`.
+    """
+    return np.concatenate([shares.sum(axis=1), shares[:, :6].sum(axis=0)]).transpose(1, 2, 0)
+
+
 def _torques(model: Model, state: State) -> Array:
     """Return the joint torques (n, 6) [N m] of the undeflected arm."""
     return np.asarray(loaded_state(model, state, Deflection(np.zeros((len(state), 6)), {}, None, None), ()).joint_load)

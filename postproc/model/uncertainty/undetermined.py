@@ -98,12 +98,6 @@ def full_covariance(known: Uncertainty) -> Array:
     return S
 
 
-def covariance_factor(S: Array) -> Array:
-    """Return F (p, p) with F F^T = S for a covariance (p, p), which may be singular."""
-    size, axes = np.linalg.eigh(S)
-    return np.asarray(axes * np.sqrt(np.maximum(size, 0.0)))
-
-
 def _best_pull(
     model: Model, state: State, parameters: tuple[tuple[str, int], ...], move: Array
 ) -> tuple[Array | None, float]:

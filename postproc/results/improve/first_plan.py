@@ -10,6 +10,7 @@ from postproc.identification.planning.standing import from_limits
 from postproc.numbers import mm, percent_range
 from postproc.report.blocks import Chart, DataTable, Document, Section, Values
 from postproc.report.drawing.postures import posture_drawings
+from postproc.results.improve.plan import program_sentences, program_values
 
 DRAWING_WIDTH = 105  # pixels
 LINKS_MATTER = 0.5
@@ -40,6 +41,7 @@ def first_plan_document(name: str, plan: SetupPlan) -> Document:
         **{f"expected_remaining_fraction_{key}": [round(x, 3) for x in share] for key, share in plan.remaining.items()},
         "joints_unknown": [j + 1 for j in plan.unknown],
         "joints_never_loaded": [j + 1 for j in plan.unloaded],
+        "for": program_values(plan.programs),
         "set_ups": [dict(zip(keys, row, strict=True)) for row in listed],
     }
     title, sentence = f"postproc plan {name}", first_plan_sentence(plan)
@@ -51,7 +53,9 @@ def first_plan_sentence(plan: SetupPlan) -> str:
     shares = plan.remaining
     before, after, load_before, load_after = map(percent_range, shares.values())
     text = f"Of the deflection of `{plan.model.robot.name}` in this region {before} is expected to remain after a "
-    lines = [f"{text}correction as the arm is known now, {after} with these {len(plan.state)} set-ups."]
+    planned = f"these {len(plan.state)} set-ups"
+    lines = [program_sentences(plan.programs, planned)] * bool(plan.programs)
+    lines.append(f"{text}correction as the arm is known now, {after} with {planned}.")
     if shares["of_loads_before"][1] > 0:
         lines.append(f"Of the deflection by the load alone it is {load_before} now, {load_after} with them.")
     if plan.kind == "gauge" and shares["of_loads_after"][1] < LINKS_MATTER * shares["after"][1]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -11,12 +12,18 @@ from postproc.diagnostics import joined
 from postproc.identification.planning.plan import Alternative, MeasuringPlan
 from postproc.identification.planning.promise import Promise
 from postproc.identification.planning.standing import from_limits
+from postproc.identification.planning.weld_targets import WeldTargets
 from postproc.model.uncertainty.prediction import parameter_name
-from postproc.report.blocks import Block, Chart, DataTable, Document, Figure, Section
+from postproc.numbers import on_arm_text
+from postproc.report.blocks import Block, Chart, DataTable, Document, Figure, Section, Values
 from postproc.report.drawing.postures import posture_drawings
 from postproc.results.wording import parameters_text
 
 DRAWN = "Each posture from the side, the tool on the right, and from above, the base's x on the right."
+Programs = Sequence[tuple[WeldTargets, list[float]]]
+"""Programs, each with the interval [mm] that is expected where it welds once the plan is measured."""
+DECIMALS = 2
+"""Of a deviation that is expected [mm], as `compensate` prints it."""
 DRAWING_WIDTH = 170
 """Pixels of a posture on the page."""
 STOPPED = "A simulation ends as soon as it is clear that nine of ten tables are not reached."
@@ -83,12 +90,43 @@ def plan_values(plan: MeasuringPlan) -> dict[str, Any]:
         "after": round(plan.after, 3),
         "worst_determined": [parameter_name(plan.fit.model, *entry) for entry in plan.worst],
         "no_pose_determines": [parameter_name(plan.fit.model, *entry) for entry in plan.never],
+        "for": program_values(plan.programs),
     }
+
+
+def program_values(programs: Programs) -> list[Values]:
+    """Return the entries of ``for``: programs, and the largest deviation expected where they weld, now and then."""
+    return [
+        {
+            "program": one.program,
+            "weld_targets": len(one.state),
+            "expected_on_arm_mm": one.expected_mm,
+            "expected_on_arm_mm_after": after,
+        }
+        for one, after in programs
+    ]
+
+
+def program_sentences(programs: Programs, measured: str) -> str:
+    """Say what is expected on the arm where programs weld, now and with planned measurements.
+
+    Args:
+        measured: what is planned, such as ``these 6 set-ups``.
+    """
+    lines = []
+    for one, after in programs:
+        now = "how near the arm comes is not known now"
+        if one.expected_mm is not None:
+            now = f"{on_arm_text(one.expected_mm, DECIMALS)} are expected on the arm now"
+        lines.append(f"Where `{one.program}` welds, {now}, {on_arm_text(after, DECIMALS)} with {measured}.")
+    return " ".join(lines)
 
 
 def plan_sentence(plan: MeasuringPlan) -> str:
     """Say how well the poses tell two effects apart, or determine the parameters that are least known."""
     n = len(plan.state)
+    if plan.programs:
+        return program_sentences(plan.programs, f"these {n} poses")
     if plan.between is not None and plan.promise is not None:
         return _promised(plan, plan.promise, plan.between)
     never = f" No pose determines {parameters_text(plan.fit, plan.never)}: others do the same, or no load moves them."
