@@ -27,6 +27,7 @@ RARE = {
     "at_bound[]",
     "effects.fitted[]",
     "expected_on_arm_mm",
+    "for[].expected_on_arm_mm",
     "figures[].expected_on_arm_mm",
     "welds[].expected_on_arm_mm",
     "mass_factor[]",
@@ -105,7 +106,7 @@ compensate samples/corner_arc.mod -m better.toml --already geometry,gravity --wo
 touchups samples/touched_up/drawn.mod samples/touched_up/touched.mod --robot irb4600_60_205
 touchups near.mod near_touched.mod --robot irb4600_60_205
 plan cell.toml backlash.csv -n 3
-plan irb4600_60_205 -n 3 --kind gauge --load 20
+plan irb4600_60_205 -n 3 --kind gauge --load 20 --for samples/corner_arc.mod
 plan cell.toml backlash.csv -n 3 --between gravity_compensator,transmission_error
 runtime write -m better.toml -o ppModel.sys
 runtime check ppModel.sys -m better.toml
