@@ -128,14 +128,14 @@ def owners_of(
     owners, order = [-1] * len(ran), list[int]()
     for j, event in enumerate(ran):
         key, is_original = original[event.statement.key]
-        again = event.resumes_from is not None
-        if again and not is_original:
+        resumes = event.resumes_from is not None
+        if resumes and not is_original:
             continue
-        rows, nth = (standing if again else runs).get(key, []), met[event.statement.key, again]
+        rows, nth = (standing if resumes else runs).get(key, []), met[event.statement.key, resumes]
         if nth >= len(rows) or event.unreachable != events[rows[nth]].unreachable:
             return None
-        met[event.statement.key, again] += 1
-        if is_original and not again:
+        met[event.statement.key, resumes] += 1
+        if is_original and not resumes:
             order.append(rows[nth])
         owners[j] = rows[nth]
     every = {*chain(*runs.values(), *standing.values())}

@@ -146,13 +146,13 @@ def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:
     effect = after.model.effect(candidate.key) or candidate.effect
     if candidate.curved:
         # The linear evidence belongs to the start, not to where the fit has moved a knee or a compliance.
-        worth = refit_evidence(base.linear, remaining, after, candidate.key) - candidate.price
+        evidence = refit_evidence(base.linear, remaining, after, candidate.key) - candidate.price
     else:
-        worth = candidate.evidence + gained
+        evidence = candidate.evidence + gained
     if impossible(after, candidate.key).any():
-        worth = -np.inf
+        evidence = -np.inf
     free = after.free.get(candidate.key, candidate.free)
-    return replace(candidate, effect=effect, free=free, evidence=worth, fall=before - remaining, fit=after)
+    return replace(candidate, effect=effect, free=free, evidence=evidence, fall=before - remaining, fit=after)
 
 
 def refit_evidence(base: Linear, remaining: float, after: Fit, key: str) -> float:

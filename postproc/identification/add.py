@@ -269,6 +269,6 @@ def _formed_together(final: Fit, added: Sequence[type[Effect]]) -> Fit:
         final: the fit with all effects; added: classes of those that were added.
     """
     for cls in added:
-        anew = grown(without_effects(final, [cls.key]), cls)
-        final = anew if anew.held_out_rms < (1 - LEAST_FALL) * final.held_out_rms else final
+        regrown = grown(without_effects(final, [cls.key]), cls)
+        final = regrown if regrown.held_out_rms < (1 - LEAST_FALL) * final.held_out_rms else final
     return final

@@ -18,7 +18,7 @@ from postproc.identification.curves.families import curve_forms
 from postproc.identification.diagnosis import Diagnosis, Verdict, lacks_fit, too_few
 from postproc.identification.forecast import Forecast
 from postproc.identification.refits import refit_all, thinned, with_channels_of, without
-from postproc.identification.regions import ANEW, with_regions
+from postproc.identification.regions import SEARCHED_REGIONS, with_regions
 from postproc.identification.screen.candidate import Candidate
 from postproc.identification.screen.suspects import Suspect, by_channel
 from postproc.identification.search import search, with_curves_anew, without_redundant_names
@@ -82,7 +82,7 @@ def _diagnosed(
     first = begin.ranked
     searched = without_redundant_names(with_curves_anew(search(begin))).without_forms()
     del begin
-    forecast.last("all of it on all rows", ANEW if searched.curves else 0)
+    forecast.last("all of it on all rows", SEARCHED_REGIONS if searched.curves else 0)
     named = searched.with_curves(())
     final = named.fit if start is base else refit_all(base, named.fit, named.keys)
     exceeds_noise = lacks_fit(final)

@@ -97,7 +97,7 @@ def contenders(ranking: Sequence[Candidate], chosen: Candidate, before: Fit) -> 
     linear, groups = before.linear, before.data.repeats[before.linear.row]
     columns = [c.columns(before.problem) for c in compared]
 
-    def gains(kept: NDArray[np.bool_]) -> Array:
+    def evidence_on(kept: NDArray[np.bool_]) -> Array:
         """Return (c,) gain of each effect on a part of the rows."""
         basis, y = np.linalg.qr(linear.nuisance[kept])[0], linear.residual[kept]
         residual = y - basis @ (basis.T @ y)
@@ -105,11 +105,11 @@ def contenders(ranking: Sequence[Candidate], chosen: Candidate, before: Fit) -> 
         after = np.maximum(before - np.array(falls), ROUNDING_SHARE * before)
         return np.asarray(np.mean(kept) * linear.freedom * np.log(before / after))
 
-    paid = gains(np.ones(len(groups), dtype=bool)) - [c.evidence for c in compared]
+    paid = evidence_on(np.ones(len(groups), dtype=bool)) - [c.evidence for c in compared]
     poses, random = np.unique(groups), np.random.default_rng(0)
     parts = [random.choice(poses, round(SHARE * len(poses)), replace=False) for _ in range(PARTS)]
-    worth = np.array([gains(np.isin(groups, some)) - paid for some in parts])
-    won = np.asarray((worth[:, 1:] > worth[:, :1]).any(axis=0))
+    evidence = np.array([evidence_on(np.isin(groups, some)) - paid for some in parts])
+    won = np.asarray((evidence[:, 1:] > evidence[:, :1]).any(axis=0))
     return [c.key for c, wins in zip(rivals, won, strict=True) if wins]
 
 

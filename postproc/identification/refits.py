@@ -38,8 +38,8 @@ def refit_all(base: Fit, fitted: Fit, added: Iterable[str], closely: float = SET
     start = {e.key: e for e in base.model.effects}
     start.update({e.key: e for e in fitted.model.effects if e.key in keys | same})
     free = {**base.free, **{key: fitted.free[key] for key in keys}}
-    anew = keys if len(fitted.data) < len(base.data) else set()
-    strength = {k: v for k, v in fitted.strength.items() if k in start and k not in anew}
+    restarted = keys if len(fitted.data) < len(base.data) else set()
+    strength = {k: v for k, v in fitted.strength.items() if k in start and k not in restarted}
     known = frozenset(base.parameters + fitted.parameters)
     terms = Terms(free, strength, closely=closely, determined=known)
     return fit_model(base.model.with_effects(*start.values()), base.data, noise=base.noise.stated, terms=terms)

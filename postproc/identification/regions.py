@@ -20,7 +20,7 @@ from postproc.identification.search import with_curves_anew
 from postproc.identification.state import SearchState
 from postproc.model.ordered import with_ordered_channels
 
-FIXED, ANEW = 12, 4
+FIXED_REGIONS, SEARCHED_REGIONS = 12, 4
 """Regions that are left out at most: of a fit whose form is fixed, and where curves are searched anew each time."""
 NUMBERS_SEARCHED = 900
 """Measured numbers that are searched anew at most: the search is repeated for every region."""
@@ -43,10 +43,10 @@ def with_regions(fit: Fit, before: Fit, searched: int = 0) -> Fit:
     ordered = any(e.ordered_channels for e in fit.model.effects)
     if ordered:
         # What follows the rows' order needs the rows before it.
-        parts = np.arange(len(state)) * ANEW // len(state)
-        masks = [parts == part for part in range(ANEW)]
+        parts = np.arange(len(state)) * SEARCHED_REGIONS // len(state)
+        masks = [parts == part for part in range(SEARCHED_REGIONS)]
     else:
-        masks = parts_of_range(lacking[0], state, ANEW if searched else FIXED)
+        masks = parts_of_range(lacking[0], state, SEARCHED_REGIONS if searched else FIXED_REGIONS)
     for mask in masks:
         after = (before, _chosen_anew(before, mask, ordered, searched)) if searched else (fit, fit.linear)
         regions.append(HeldOutRegion.of(before, after, mask, fit.variance))

@@ -102,9 +102,9 @@ def backward(state: SearchState) -> SearchState:
             break
         done.add(one.key)
         without = state.without(one.key)
-        again = next((c for c in without.ranked if c.key == one.key), None)
-        needed = again is not None and convincing(again)
-        rivals = [*([state] if needed else []), *_replacements(state, without, one, again if needed else None)]
+        readded = next((c for c in without.ranked if c.key == one.key), None)
+        needed = readded is not None and convincing(readded)
+        rivals = [*([state] if needed else []), *_replacements(state, without, one, readded if needed else None)]
         best = max(rivals, key=lambda s: s.log_evidence, default=state)
         if best is not state:
             state, done = best, set()
@@ -115,7 +115,7 @@ def backward(state: SearchState) -> SearchState:
 
 
 def _replacements(
-    state: SearchState, without: SearchState, one: Candidate, again: Candidate | None
+    state: SearchState, without: SearchState, one: Candidate, readded: Candidate | None
 ) -> Iterator[SearchState]:
     """Yield states that may replace a state as to one effect: without it, or with something else in its place.
 
@@ -125,18 +125,18 @@ def _replacements(
 
     Args:
         without: the state without the effect; one: the effect as it was added.
-        again: the effect as it would be added beside the others; None where it is not needed.
+        readded: the effect as it would be added beside the others; None where it is not needed.
     """
     effect = state.fit.model.effect(one.key)
     empty = with_curves_anew(without, len(state.curves)) if state.curves else without
-    if again is None or (state.curves and empty.fit.excluded == state.fit.excluded):
+    if readded is None or (state.curves and empty.fit.excluded == state.fit.excluded):
         yield empty
     if len(state.missing) + len(state.curves) > 1:
-        if again is not None and again.label != one.label and again.effect.roughness() is None:
-            yield from filter(None, [accepted(without, again)])
+        if readded is not None and readded.label != one.label and readded.effect.roughness() is None:
+            yield from filter(None, [accepted(without, readded)])
         others = (c for c in without.ranked if c.key not in state.keys and convincing(c))
         other = next(others, None)
-        if other is not None and (again is None or other.evidence > again.evidence):
+        if other is not None and (readded is None or other.evidence > readded.evidence):
             yield from filter(None, [accepted(without, other)])
     for kept, key in effect.generalised() if isinstance(effect, SumOfTerms) else ():
         part = without if kept is None else without.with_effect(*_reduced(without, one, kept))

@@ -59,10 +59,10 @@ def without_restarts(time: Array) -> tuple[Array, int]:
     A clock that is set back repeats some of the times before; stretches that stand in another order do not, and stay.
     """
     parts = np.split(time, np.flatnonzero(np.diff(time) < 0) + 1)
-    again = [b.min() <= a.max() and b.max() >= a.min() for a, b in pairwise(parts)]
-    if not any(again) or min(map(len, parts)) < FEWEST_ROWS_IN_LINE:
+    overlaps = [b.min() <= a.max() and b.max() >= a.min() for a, b in pairwise(parts)]
+    if not any(overlaps) or min(map(len, parts)) < FEWEST_ROWS_IN_LINE:
         return time, 0
-    return np.concatenate([part for part in going_on(parts) if part is not None]), sum(again)
+    return np.concatenate([part for part in going_on(parts) if part is not None]), sum(overlaps)
 
 
 def evenly_spaced(time: Array) -> Array | None:

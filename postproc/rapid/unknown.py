@@ -144,7 +144,7 @@ class Unknown(Exception):
         self.__traceback__ = self.__context__ = self.__cause__ = None
         return self
 
-    def anew(self) -> Unknown:
+    def renewed(self) -> Unknown:
         """A copy with the same reason that counts as another unknown value (identity tells unknown values apart)."""
         other = type(self).__new__(type(self), *self.args)
         other.__dict__.update(self.__dict__)

@@ -176,10 +176,11 @@ def _turned(q: Array, cf: NDArray[np.int64]) -> tuple[Array, Array]:
         The moved angles, and the largest distance (n, 8) [rad] of an axis from its quadrant.
     """
     moved, gap = _near_quadrants(q, cf)
-    again = (np.abs(np.sin(q[..., 4])) < TAUGHT_WRIST) & (gap > BOUNDARY)
-    if again.any():
+    on_boundary = (np.abs(np.sin(q[..., 4])) < TAUGHT_WRIST) & (gap > BOUNDARY)
+    if on_boundary.any():
         divided, remainder = _near_quadrants(_divided_wrist(q, cf), cf)
-        moved, gap = np.where(again[..., None], divided, moved), np.where(again, remainder + TAUGHT_WRIST, gap)
+        moved = np.where(on_boundary[..., None], divided, moved)
+        gap = np.where(on_boundary, remainder + TAUGHT_WRIST, gap)
     return moved, gap
 
 

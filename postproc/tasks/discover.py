@@ -43,7 +43,7 @@ def discover(root: Path, output: Path | None = None, below: Path = Path()) -> tu
     names = sorted((below / name).as_posix() for name in files_below(root / below, output))
     backups = _backups(names)
     groups: dict[str, list[str]] = {}
-    copies, loose = [], []
+    copies, unlisted = [], []
     for name in names:
         home = _task_folder(name)
         if any(_is_in(name, backup, "home") for backup in backups) or (
@@ -51,7 +51,7 @@ def discover(root: Path, output: Path | None = None, below: Path = Path()) -> tu
         ):
             copies.append(name)
         elif home is None:
-            loose.append(name)
+            unlisted.append(name)
         else:
             groups.setdefault(home, []).append(name)
     tasks, unloaded = _read_tasks(root, groups, backups)
@@ -67,7 +67,7 @@ def discover(root: Path, output: Path | None = None, below: Path = Path()) -> tu
                 finding = Diagnostic("BAT022", "warning", text, help="add to that list what belongs to the program")
                 task = replace(task, findings=(*task.findings, finding))
             moving.append(task)
-    single, others = _read_programs(root, loose)
+    single, others = _read_programs(root, unlisted)
     return sorted([*moving, *single], key=lambda task: task.name), sorted([*copies, *others])
 
 

@@ -128,7 +128,7 @@ def documents(call: Call, samples: Path, tmp_path: Path, monkeypatch: pytest.Mon
     """What the commands print; keys and types are the same with fewer simulated tables and fewer regions."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(promise, "TABLES", 2)
-    monkeypatch.setattr(regions, "ANEW", 2)
+    monkeypatch.setattr(regions, "SEARCHED_REGIONS", 2)
     Path("samples").symlink_to(samples)
     turned = PROGRAM.replace("[0,-1,0,0]", "[0,-1,0,1]")
     old, new = PROGRAM, turned.replace("v100,z10", "v50,z1").replace("  ENDPROC", "    Stop;\n  ENDPROC")

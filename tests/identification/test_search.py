@@ -35,7 +35,7 @@ from postproc.identification.indistinguishable import contenders, indistinguisha
 from postproc.identification.screen.candidate import Candidate, Screen
 from postproc.identification.screen.composition import compose
 from postproc.identification.screen.forms import columns_of, forms_of
-from postproc.identification.screen.gain import gain, gains
+from postproc.identification.screen.gain import gain, score_tests
 from postproc.identification.search import accepted, backward, search, without_redundant_names
 from postproc.identification.state import SearchState
 from postproc.measure.measurements import Measurements
@@ -478,7 +478,7 @@ def test_forms_that_are_screened_together_have_the_columns_that_each_has_alone()
                 assert a.screened.tolist() == b.screened.tolist() and a.effect.to_file() == b.effect.to_file()
     assert asked > 12
     lines = Screen(fit.problem, {TransmissionError.key: TransmissionError}).forms(TransmissionError.key, None)
-    found = gains(fit.problem, fit.linear, lines)
+    found = score_tests(fit.problem, fit.linear, lines)
     for i in range(0, len(lines), 97):
         one = gain(fit.linear, lines[i].columns(fit.problem))
         assert (found.of(i).fall, found.of(i).evidence) == pytest.approx((one.fall, one.evidence), rel=1e-9)

@@ -38,7 +38,7 @@ class Timeline:
         t: (k,) [s].
         q, v, a: (k, 6) nominal joint angles [rad], speeds, and accelerations that last longer than the arm's first
             natural period (zero while the torch turns in place).
-        restless: (k,) whether the load of inertia changes.
+        inertia_transient: (k,) whether the load of inertia changes.
         axes_v, axes_a: (k, 6) speeds and lasting accelerations of the external axes [m or rad per s, s^2].
         legs: rows of every leg (part of the program between two stops), and its profile.
     """
@@ -48,7 +48,7 @@ class Timeline:
     q: Array
     v: Array
     a: Array
-    restless: Flags
+    inertia_transient: Flags
     axes_v: Array
     axes_a: Array
     legs: tuple[tuple[slice, Profile], ...]
@@ -67,7 +67,7 @@ class Timeline:
         """
         if not options.inertia:
             return np.ones(len(place), dtype=bool)
-        return self.at(self.restless.astype(float), place) <= 0.0
+        return self.at(self.inertia_transient.astype(float), place) <= 0.0
 
 
 def plan_timeline(model: Model, samples: Samples) -> tuple[Timeline | None, list[Diagnostic]]:
@@ -78,7 +78,7 @@ def plan_timeline(model: Model, samples: Samples) -> tuple[Timeline | None, list
     """
     findings: list[Diagnostic] = []
     parts: list[tuple[Array, ...]] = []
-    restless: list[Flags] = []
+    transient: list[Flags] = []
     legs: list[tuple[slice, Profile]] = []
     turn = np.linalg.norm(samples.curves.turn, axis=1)
     done, rows, begin = 0, 0, 0.0
@@ -93,14 +93,14 @@ def plan_timeline(model: Model, samples: Samples) -> tuple[Timeline | None, list
         a = np.where(in_place[:, None], 0.0, leg.a_sustained)
         columns = (first + path.move + path.u, begin + leg.t, path.q, leg.v, a, leg.axes_v, leg.axes_a_sustained)
         parts.append(tuple(column[known:] for column in columns))
-        restless.append((changes_speed(leg.tcp_speed) | path.blend & (leg.tcp_speed > SWIFT))[known:])  # fast corners
+        transient.append((changes_speed(leg.tcp_speed) | path.blend & (leg.tcp_speed > SWIFT))[known:])  # fast corners
         legs.append((slice(rows - known, rows - known + len(leg.t)), leg.profile.bare()))
         done, rows, begin = first + len(moves), legs[-1][0].stop, begin + float(leg.t[-1])
     if has_errors(findings):
         return None, once(findings)
     place, t, q, v, a, *axes = (np.concatenate(column) for column in zip(*parts, strict=True))
     axes_v, axes_a = map(constant, axes)
-    return Timeline(place, t, q, v, a, np.concatenate(restless), axes_v, axes_a, tuple(legs)), once(findings)
+    return Timeline(place, t, q, v, a, np.concatenate(transient), axes_v, axes_a, tuple(legs)), once(findings)
 
 
 def first_periods(model: Model, path: Samples) -> Array:

@@ -25,7 +25,7 @@ from postproc.rapid.data.events import StatementKey
 
 DIFFERENT = "it runs several times and each time needs another correction"
 APPROACHES = "the arm comes to it by several ways and each needs another correction"
-LENT = "it stands in a file that is only read along"
+READ_ALONG = "it stands in a file that is only read along"
 UNFOLLOWED_RUNS = "it also runs with other targets, on ways that are not followed"
 CONFIGURATION = (
     "the correction carries a joint over a quadrant boundary, and no place in the text holds its configuration"
@@ -175,7 +175,7 @@ def assign(demands: Demands, fixed: Mapping[SlotKey, SlotValue]) -> Assignment:
         filled = all(demands.slot_of[row] in slots for row in rows)
         configured = _configured(demands, rows, slots)
         if demands.read_only(key):
-            refused |= {} if filled else {key[0]: LENT}
+            refused |= {} if filled else {key[0]: READ_ALONG}
             continue
         # By an offset, or by values for slots of its own.
         why = _why_no_offset(demands, key, configured)

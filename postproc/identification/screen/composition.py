@@ -14,7 +14,7 @@ from postproc.estimation.linear import Linear
 from postproc.estimation.problem import Problem
 from postproc.identification.screen.candidate import Candidate, Screen, kind
 from postproc.identification.screen.forms import Form, Forms, columns_of, forms_nearby
-from postproc.identification.screen.gain import DIM, Gain, gain, gains
+from postproc.identification.screen.gain import DIM, Gain, gain, score_tests
 
 STARTS_OF_EACH = 2
 """Starts of every law, pair of bodies .. from which what forms an effect is looked for."""
@@ -33,9 +33,9 @@ def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
     price = _prices(screen.odds(key, None)) + screen.rarity(key)
     if not np.isfinite(price).any():
         return None
-    measured = gains(screen.problem, linear, forms)
-    worth = measured.evidence - price
-    best = int(np.argmax(worth))
+    measured = score_tests(screen.problem, linear, forms)
+    evidence = measured.evidence - price
+    best = int(np.argmax(evidence))
     seen = np.flatnonzero((measured.count > 0) & np.isfinite(price))
     if not len(seen):
         return _candidate(linear, screen.appended(forms[best], None), measured.of(best), float(price[best]))
@@ -43,7 +43,7 @@ def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
     thin = seen[forms.width[seen] == narrow]
     # A free function grows finer, too.
     widest = np.inf if forms[best].effect.roughness() is not None else narrow
-    starts = [(best, np.inf), *([(int(thin[np.argmax(worth[thin])]), widest)] if len(thin) < len(seen) else [])]
+    starts = [(best, np.inf), *([(int(thin[np.argmax(evidence[thin])]), widest)] if len(thin) < len(seen) else [])]
     grown = [
         _grow(screen, linear, screen.appended(forms[i], None), measured.of(i), float(price[i]), widest=w)
         for i, w in dict.fromkeys(starts)
@@ -51,7 +51,7 @@ def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
     chosen = replace(max(grown, key=lambda c: c.evidence), visible=float(measured.visible[seen].max()))
     if not chosen.curved:
         return chosen
-    others = [_candidate(linear, forms[i], measured.of(i), float(price[i])) for i in _starts(forms, worth)]
+    others = [_candidate(linear, forms[i], measured.of(i), float(price[i])) for i in _starts(forms, evidence)]
     return replace(chosen, starts=(chosen, *(c for c in others if c.forming and c.effect is not chosen.effect)))
 
 
@@ -68,13 +68,13 @@ def _prices(odds: Array) -> Array:
         return np.asarray(2 * (np.log(max(odds.sum(), 1e-300)) - np.log(odds)))
 
 
-def _starts(forms: Forms, worth: Array) -> list[int]:
+def _starts(forms: Forms, evidence: Array) -> list[int]:
     """Return indices of the two best forms of every `kind` (law, pair of bodies ..), to optimize knees or points from.
 
     Args:
-        worth: (M,) log evidence of each form.
+        evidence: (M,) log evidence of each form.
     """
-    order = np.argsort(-worth, kind="stable").tolist()
+    order = np.argsort(-evidence, kind="stable").tolist()
     kinds = [kind(form.effect) for form in forms]
     return [i for at, i in enumerate(order) if [kinds[k] for k in order[:at]].count(kinds[i]) < STARTS_OF_EACH]
 
@@ -122,8 +122,8 @@ def _candidate(linear: Linear, form: Form, brought: Gain, price: float) -> Candi
     """
     fall, count, visible = float(brought.fall), int(brought.count), float(brought.visible)
     p = f_test(linear.square, linear.square - fall, count, linear.freedom - count, price)
-    worth = float(brought.evidence) - price
-    return Candidate(form.key, form.effect, form.refit, form.label, worth, fall, count, price, visible, p)
+    evidence = float(brought.evidence) - price
+    return Candidate(form.key, form.effect, form.refit, form.label, evidence, fall, count, price, visible, p)
 
 
 def _sharpened(
@@ -139,7 +139,7 @@ def _sharpened(
     best, paid = None, 0.0
     while near := forms_nearby(problem, effect, new):
         odds = np.array([form.odds for form in near])
-        costs, brought = 2 * np.log((1.0 + odds.sum()) / odds), gains(problem, linear, near)
+        costs, brought = 2 * np.log((1.0 + odds.sum()) / odds), score_tests(problem, linear, near)
         k = int(np.argmax(brought.evidence - costs))
         if brought.evidence[k] - costs[k] <= gain_.evidence:
             break
@@ -157,9 +157,9 @@ def _further(screen: Screen, inner: Linear, key: str, effect: Effect, widest: fl
     forms, prices = screen.forms(key, effect), _prices(screen.odds(key, effect))
     if not forms:
         return None
-    worth = np.where(forms.width <= widest, gains(screen.problem, inner, forms).evidence - prices, -np.inf)
-    k = int(np.argmax(worth))
-    return None if worth[k] <= 0 else (screen.appended(forms[k], effect), float(prices[k]))
+    evidence = np.where(forms.width <= widest, score_tests(screen.problem, inner, forms).evidence - prices, -np.inf)
+    k = int(np.argmax(evidence))
+    return None if evidence[k] <= 0 else (screen.appended(forms[k], effect), float(prices[k]))
 
 
 def _columns(problem: Problem, form: Form, mask: NDArray[np.bool_], before: Array | None = None) -> Array:

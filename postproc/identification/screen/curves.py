@@ -100,13 +100,13 @@ class CurveScreen:
             yield from self._ranked(where, falls, self.every.prices[use], made, MOST)
         yield from (self._tested(where, pattern) for pattern in self.every.wide if self.every.sensible(pattern, where))
 
-    def _suspect(self, where: str, form: CurveForm, fall: float, worth: float) -> Suspect:
+    def _suspect(self, where: str, form: CurveForm, fall: float, evidence: float) -> Suspect:
         """Return the suspect of a curve at a place, under the curve's first channel.
 
         Args:
-            where: name of the place; form: the curve; fall: of the sum of squares; worth: log evidence.
+            where: name of the place; form: the curve; fall: of the sum of squares; evidence: log evidence.
         """
-        return Suspect(where, self.moves[where], form, fall, worth, self.every.price(form), form.channels[0])
+        return Suspect(where, self.moves[where], form, fall, evidence, self.every.price(form), form.channels[0])
 
     def _tested(self, where: str, form: CurveForm) -> Suspect:
         """Return the suspect of one curve at a place, with its fall of the sum of squares and its log evidence.
@@ -117,8 +117,8 @@ class CurveScreen:
         linear = self._seen(where).linear
         columns = self.problem.whiten(times_form(self.moves[where], form.values))
         fall = float(taken_off(linear, columns)[1].sum())
-        worth = schwarz(linear.square, linear.square - fall, columns.shape[1], linear.freedom) - self.every.price(form)
-        return self._suspect(where, form, fall, float(worth))
+        evidence = schwarz(linear.square, linear.square - fall, columns.shape[1], linear.freedom)
+        return self._suspect(where, form, fall, float(evidence) - self.every.price(form))
 
     def _best(self, least: float) -> list[Suspect]:
         """Return the best suspect for each place and set of channels, strongest first, at most `MOST`.
@@ -153,12 +153,12 @@ class CurveScreen:
         """
         seen = self._seen(where)
         square = seen.linear.square
-        worth = schwarz(square, square - falls, seen.count, seen.linear.freedom) - price
-        order = np.argpartition(-worth, top)[:top] if len(worth) > top else np.arange(len(worth))
-        order = order[np.argsort(-worth[order])]
-        best = [self._suspect(where, made(k), float(falls[k]), float(worth[k])) for k in order.tolist()]
+        evidence = schwarz(square, square - falls, seen.count, seen.linear.freedom) - price
+        order = np.argpartition(-evidence, top)[:top] if len(evidence) > top else np.arange(len(evidence))
+        order = order[np.argsort(-evidence[order])]
+        best = [self._suspect(where, made(k), float(falls[k]), float(evidence[k])) for k in order.tolist()]
         if top == 1:
-            near = np.flatnonzero(worth > best[0].evidence - INDISTINCT)
+            near = np.flatnonzero(evidence > best[0].evidence - INDISTINCT)
             best[0] = replace(best[0], equally_good=lambda: map(made, near[:FINE].tolist()))
         return best
 
@@ -210,8 +210,8 @@ class CurveScreen:
         """
         seen = self._seen(one.where)
         square = seen.linear.square
-        worth = float(schwarz(square, max(square - times * one.fall, 0.01 * square), seen.count, seen.linear.freedom))
-        return worth - 2 * float(np.log(tries)) - self.every.price(one.form)
+        evidence = schwarz(square, max(square - times * one.fall, 0.01 * square), seen.count, seen.linear.freedom)
+        return float(evidence) - 2 * float(np.log(tries)) - self.every.price(one.form)
 
     def _refined(self, one: Suspect, refined: list[Suspect]) -> Suspect:
         """Return the best suspect of all levels while the numbers of its curve are refined level by level.

@@ -79,7 +79,7 @@ class JointTurns:
         return gram, inside, np.einsum("nmw,nw->mw", V, self.along[:, joints])
 
 
-def gains(problem: Problem, linear: Linear, forms: Forms) -> Gain:
+def score_tests(problem: Problem, linear: Linear, forms: Forms) -> Gain:
     """Return the gain of every form, (M,) each, beside the fitted parameters (score test, no refit).
 
     Args:
@@ -139,22 +139,22 @@ def _gains(linear: Linear, stack: Stack, turns: JointTurns | None = None) -> Gai
     fall = np.minimum(np.sum(part * seen / np.where(seen, value, 1.0), axis=1), before)
     free = freedom - count - forming
     s2 = np.maximum(before - fall, ROUNDING_SHARE * before) / np.maximum(free, 1.0)
-    worth = np.full(M, -np.inf)
+    evidence = np.full(M, -np.inf)
     for decade in DECADES:
         wide = ((WIDE * decade) ** 2 / s2)[:, None]
         after = before - np.sum(wide * part / (1 + wide * value), axis=1)
-        worth = np.maximum(worth, log_evidence(before, after, freedom, wide * value) - 2 * abs(np.log(decade)))
+        evidence = np.maximum(evidence, log_evidence(before, after, freedom, wide * value) - 2 * abs(np.log(decade)))
     # A knee or a point is never known as well as an amplitude: half of Schwarz's price.
-    worth -= 0.5 * forming * np.log(max(freedom, 1.0))
+    evidence -= 0.5 * forming * np.log(max(freedom, 1.0))
     # A hose only pulls: what it would have to push explains nothing.
     pushes = (stack.sign == 1) & (along[:, 0] < 0)
-    worth[pushes], fall[pushes] = -np.inf, 0.0
+    evidence[pushes], fall[pushes] = -np.inf, 0.0
     # A free function must earn every coefficient, or it would stand in for any effect of a few parameters.
     for m in np.flatnonzero(stack.flexible):
-        worth[m] = min(worth[m], schwarz(before, before - fall[m], count[m], freedom))
+        evidence[m] = min(evidence[m], schwarz(before, before - fall[m], count[m], freedom))
     good = (count > 0) & (free >= 1)
     visible = np.sqrt(value.sum(axis=1))
-    every = (fall, 0.0), (count + forming, 0), (visible, 0.0), (worth, -np.inf)
+    every = (fall, 0.0), (count + forming, 0), (visible, 0.0), (evidence, -np.inf)
     return Gain(*(np.where(good, value_of, nothing) for value_of, nothing in every))
 
 
@@ -163,10 +163,10 @@ def laplace(
 ) -> float:
     """Return the log evidence of fitted parameters of one effect, each counted by what it moves in the data.
 
-    Amplitudes scatter by three ordinary sizes a priori, or by a decade more or less as in `gains`; parameters that only
-    shape the effect by their own value: a point or a knee that the data hardly sees costs hardly anything. The
-    deviations of amplitudes, and of coordinates of either sign, from their prior count: a hose that is tied a metre and
-    a half below the floor is implausible.
+    Amplitudes scatter by three ordinary sizes a priori, or by a decade more or less as in `score_tests`; parameters
+    that only shape the effect by their own value: a point or a knee that the data hardly sees costs hardly anything.
+    The deviations of amplitudes, and of coordinates of either sign, from their prior count: a hose that is tied a metre
+    and a half below the floor is implausible.
 
     Args:
         linear: the fit without the effect; remaining: the sum of squares with it.
@@ -176,11 +176,11 @@ def laplace(
     places = ~effect.amplitudes() & (effect.bounds()[0] < 0)  # those that stopped at a bound, too
     implausible = float(np.sum((effect.vector()[places] / (WIDE * effect.scale()[places])) ** 2))
     s2 = remaining / max(linear.freedom - len(x), 1)
-    worth = -np.inf
+    evidence = -np.inf
     for decade in DECADES:
         scatter = np.where(amplitude, WIDE * decade * wide, np.maximum(np.abs(x), wide))
         information = np.maximum(np.linalg.eigvalsh(gram * np.outer(scatter, scatter)), 0.0) / s2
         after = remaining + s2 * (float(np.sum((x[amplitude] / scatter[amplitude]) ** 2)) + implausible)
-        evidence = log_evidence(linear.square, after, linear.freedom, information)
-        worth = max(worth, float(evidence) - 2 * abs(float(np.log(decade))))
-    return worth
+        at_decade = log_evidence(linear.square, after, linear.freedom, information)
+        evidence = max(evidence, float(at_decade) - 2 * abs(float(np.log(decade))))
+    return evidence

@@ -172,12 +172,12 @@ def _judged(screen: Screen, linear: Linear, start: Candidate) -> Candidate:
     fall = float(moved @ (2 * linear.projected_residual - inside[:, amplitude] @ x[indices]))
     remaining = max(linear.square - fall, 0.0)
     effect = effect.with_vector(x)
-    worth = (
+    evidence = (
         laplace(linear, remaining, columns.T @ inside, effect, robot=screen.problem.model.robot, index=index)
         - start.price
     )
     p = f_test(linear.square, remaining, start.count, linear.freedom - start.count, start.price)
-    return replace(start, effect=effect, evidence=worth, fall=fall, p_value=p)
+    return replace(start, effect=effect, evidence=evidence, fall=fall, p_value=p)
 
 
 def optimise_nonlinear(

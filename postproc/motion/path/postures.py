@@ -69,9 +69,9 @@ def goal_joints(
     free[np.isnan(T[:, 0, 0])] = False
     free[[f.index for f in failures]] = False
     row_of = {i: row for row, i in enumerate(known)}
-    again = {row: row_of[end] for row, i in enumerate(known) if (end := events[i].resumes_from) is not None}
-    free[list(again)] = False
-    further, supposed = _follow(robot, T_base_flange, q, free, again)
+    resumed = {row: row_of[end] for row, i in enumerate(known) if (end := events[i].resumes_from) is not None}
+    free[list(resumed)] = False
+    further, supposed = _follow(robot, T_base_flange, q, free, resumed)
     return q, T, sorted([*failures, *further], key=lambda f: f.index), supposed
 
 
@@ -85,7 +85,7 @@ def any_configuration(event: MotionEvent) -> bool:
 
 
 def _follow(
-    robot: Robot, T_base_flange: Array, q: Array, free: Flags, again: Mapping[int, int]
+    robot: Robot, T_base_flange: Array, q: Array, free: Flags, resumed: Mapping[int, int]
 ) -> tuple[list[UnreachedPose], list[int]]:
     """Fill in, in place, the joint angles of goals that are reached in the configuration of the goal before them.
 
@@ -93,7 +93,7 @@ def _follow(
         T_base_flange: (k, 4, 4) of the goals.
         q: (k, 6) [rad], which is changed.
         free: (k,) goals whose own configuration does not count.
-        again: from rows at which the arm resumes to the row whose goal it resumes from.
+        resumed: from rows at which the arm resumes to the row whose goal it resumes from.
 
     Returns:
         Failures, and the rows at which the start posture is only assumed: it is not known and the configuration of the
@@ -102,7 +102,7 @@ def _follow(
     failures: list[UnreachedPose] = []
     supposed: list[int] = []
     for a, b in stretches(free):
-        from_where = again.get(a - 1, a - 1)
+        from_where = resumed.get(a - 1, a - 1)
         before = q[from_where] if a > 0 and np.isfinite(q[from_where]).all() else q[a]
         if np.isnan(before).any():
             known = np.flatnonzero(np.isfinite(q[:a]).all(axis=1))  # a controller goes on from where the arm was last

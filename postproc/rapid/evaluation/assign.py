@@ -39,7 +39,7 @@ def store(tree: Expression, data: Data, memory: Memory) -> None:
     name, path, causes = part
     data, data_causes = without_causes(data)
     if isinstance(data, Unknown) and not isinstance(data, PartlyUnknown):
-        data = data.anew()  # each write of an Unknown counts as another unknown value
+        data = data.renewed()  # each write of an Unknown counts as another unknown value
     causes = joined_causes(data_causes, causes)
     bound = memory.frame.bindings.get(name)
     if isinstance(bound, Reference):
@@ -174,7 +174,7 @@ def assume(memory: Memory, keys: Iterable[str], cause: str) -> None:
         if memory.teaching.covers(names.get(key)):
             continue
         if isinstance(data, Unknown) and not isinstance(data, PartlyUnknown):
-            changed[key] = data.anew()
+            changed[key] = data.renewed()
         elif not (isinstance(data, Assumed) and any(why.key == key and why.cause == cause for why in data.causes)):
             changed[key] = assumed_for(
                 data, (Unknown(Kind.MAY_BE_WRITTEN, shown(key, memory.program), cause, key=key),)

@@ -127,9 +127,9 @@ def _follow_unreached(run: AllWays, unknown: Mapping[str, Data]) -> None:
             _interrupt(run, routine, unknown)
     calls = _calls(run.program)
     for routine in run.program.all_routines():
-        loose = routine.key in run.passed_over or not calls.get(routine.key, set()) <= run.followed
-        if not routine.source.read_only and (loose or any(True for _ in _unreached(run, routine))):
-            _finish(run, routine, _start(run, routine, unknown, routine.key in run.entered and not loose))
+        incomplete = routine.key in run.passed_over or not calls.get(routine.key, set()) <= run.followed
+        if not routine.source.read_only and (incomplete or any(True for _ in _unreached(run, routine))):
+            _finish(run, routine, _start(run, routine, unknown, routine.key in run.entered and not incomplete))
 
 
 def _marked(run: AllWays) -> list[MotionEvent]:

@@ -313,10 +313,10 @@ def lent_values(sources: Sequence[Source], others: Callable[[], Iterable[Source]
     lacking = {shared_name(d) for d in requested} - {shared_name(d) for d in requested if d.init is not None}
     values = []
     for source in others() if lacking else ():
-        lent = [(module, d) for module, d in _shared(source) if d.init is not None and shared_name(d) in lacking]
-        lacking -= {shared_name(declared) for _, declared in lent}
-        if lent:
-            values.append(only(source, [(module, declared.span) for module, declared in lent]))
+        initial = [(module, d) for module, d in _shared(source) if d.init is not None and shared_name(d) in lacking]
+        lacking -= {shared_name(declared) for _, declared in initial}
+        if initial:
+            values.append(only(source, [(module, declared.span) for module, declared in initial]))
     return values
 
 
