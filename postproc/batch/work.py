@@ -27,6 +27,7 @@ FIGURES = (
         "figures",
         "tolerance_mm",
         "verdict",
+        "welds",
         "rigid_shift",
         "expected_remaining_fraction",
         "expected_remaining_fraction_after_gauge",

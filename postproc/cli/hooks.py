@@ -73,7 +73,8 @@ def _every(name: str, folders: dict[str, Path], words: list[str]) -> int:
     red = [program.as_posix() for program, code in zip(programs, codes, strict=True) if code]
     if name == "check":
         named = f": {', '.join(red)}; approve with `postproc batch`, or `compensate PROGRAM -o APPROVED`" if red else ""
-        say(f"{len(red)} of {len(programs)} programs are not as approved{named}")
+        required = " or lack what `--require` asks" if any(word.startswith("--require") for word in options) else ""
+        say(f"{len(red)} of {len(programs)} programs are not as approved{required}{named}")
     return max(codes)
 
 

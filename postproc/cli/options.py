@@ -63,6 +63,14 @@ Format = Annotated[
     _CHECKS,
     Parameter(name="--format", help="print this on stdout: the document (as --json), or the findings as SARIF 2.1.0."),
 ]
+Require = Annotated[
+    Literal["model", "arm"] | None,
+    _CHECKS,
+    Parameter(
+        name="--require",
+        help="exit 1 where the tolerance is not kept in the model, or not shown on the arm; the outputs are written.",
+    ),
+]
 Flag = Annotated[bool, Parameter(show_default=False)]
 OutputFlag = Annotated[bool, _OUTPUTS, Parameter(show_default=False)]
 CheckFlag = Annotated[bool, _CHECKS, Parameter(show_default=False)]

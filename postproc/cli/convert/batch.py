@@ -6,19 +6,24 @@ import os
 import re
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from postproc.batch.values import Shard
-from postproc.cli.convert.batch_lines import arm_lines, reporting
-from postproc.cli.options import AS_WRITTEN, CheckFlag, Format, ReportFile, RequiredOutput
+from postproc.cli.convert.batch_lines import Reporter, arm_lines, reporting
+from postproc.cli.convert.finish import say_missed
+from postproc.cli.options import AS_WRITTEN, CheckFlag, Format, ReportFile, Require, RequiredOutput
 from postproc.cli.output import check_outputs, present
 from postproc.cli.printing import say
 from postproc.cli.program_options import TaskOptions
 from postproc.diagnostics import PostprocError
 from postproc.files import real
+
+if TYPE_CHECKING:
+    from postproc.batch.jobs import Ready
+    from postproc.batch.values import Batch
 
 Workers = Annotated[int | None, AS_WRITTEN, Parameter(validator=Number(gte=1))]
 
@@ -34,6 +39,7 @@ def run(
     convert: TaskOptions = TaskOptions(),
     report: ReportFile = None,
     check: CheckFlag = False,
+    require: Require = None,
     format: Format = None,
     json: CheckFlag = False,
 ) -> int:
@@ -50,53 +56,61 @@ def run(
         check: write no output; say what would change in the output folder, exit 1 if anything would.
         json: print the postproc/batch/1 document.
     """
-    from postproc.batch.document import batch_document
-    from postproc.batch.executors import open_pool
-    from postproc.batch.jobs import get_ready
-    from postproc.batch.jobsfile import read_plan
-    from postproc.batch.run import run_batch
-    from postproc.settings import made_with
-    from postproc.settings_files import find_settings
-
-    if check:
-        with TemporaryDirectory(prefix="postproc-") as folder:
-            made = Path(folder)
-            code = run(
-                folder_or_jobs,
-                output=made,
-                workers=workers,
-                scheduler=scheduler,
-                shard=shard,
-                convert=convert,
-                report=report,
-                format=format,
-                json=json,
-            )
-            return max(code, _say_changes(output, made))
-    part = _parse_shard(shard)
-    place = _checked_folder(folder_or_jobs, output)
+    part, place = _parse_shard(shard), _checked_folder(folder_or_jobs, output)
     settings = convert.settings_at(place)
     check_outputs((folder_or_jobs, *settings.inputs), report)
-    ready = get_ready(read_plan(folder_or_jobs, convert.settings_at, output), part, output, report)
+
+    def convert_into(folder: Path) -> Batch:
+        """Convert into a folder, and print the result."""
+        from postproc.batch.document import batch_document
+        from postproc.batch.jobs import get_ready
+        from postproc.batch.jobsfile import read_plan
+        from postproc.settings import made_with
+
+        ready = get_ready(read_plan(folder_or_jobs, convert.settings_at, folder), part, folder, report)
+        batch, shown = _convert(ready, _workers(workers, scheduler, place), scheduler)
+        pages = {
+            o.task.name: os.path.relpath(folder / o.page, report.parent) for o in batch.outcomes if o.page and report
+        }
+        document = batch_document(folder_or_jobs.name, batch, part, made=made_with(settings), pages=pages)
+        present(document, report, json=json, form=format, text=True, on_stderr=True, root=ready.plan.root)
+        say(shown.time_line())
+        return batch
+
+    if check:
+        with TemporaryDirectory(prefix="postproc-") as made:
+            batch = convert_into(Path(made))
+            changes = _say_changes(output, Path(made))
+    else:
+        batch, changes = convert_into(output), 0
+    return int(batch.failed) | changes | say_missed(require, {o.task.name: o.figures for o in batch.outcomes})
+
+
+def _workers(stated: int | None, scheduler: str | None, place: Path) -> int | None:
+    """Return the number of worker processes: as stated, else that of the settings file of the folder ``place``."""
+    from postproc.settings_files import find_settings
+
+    found = find_settings(place) if stated is None and scheduler is None else None
+    return stated if found is None else found[1].batch.workers
+
+
+def _convert(ready: Ready, workers: int | None, scheduler: str | None) -> tuple[Batch, Reporter]:
+    """Convert the tasks of a batch, with a line on stderr for each; who stops it ends this process."""
+    from postproc.batch.executors import open_pool
+    from postproc.batch.run import run_batch
+
     for line in arm_lines(ready):
         say(line)
     # Child processes ignore warnings of Python's resource tracker, which it prints when a run was stopped.
     ignored = filter(None, (os.environ.get("PYTHONWARNINGS"), "ignore:resource_tracker"))
     os.environ["PYTHONWARNINGS"] = ",".join(ignored)
-    stated = find_settings(place) if workers is None and scheduler is None else None
-    workers = workers if stated is None else stated[1].batch.workers
     try:
         with open_pool(workers, scheduler) as pool, reporting(len(ready.tasks)) as shown:
-            batch = run_batch(ready, pool, shown.outcome)
+            return run_batch(ready, pool, shown.outcome), shown
     except KeyboardInterrupt:
         say("stopped; the same command goes on from here")
         # Nothing is half written, and workers end with this process: waiting for them would gain nothing.
         os._exit(1)
-    pages = {o.task.name: os.path.relpath(output / o.page, report.parent) for o in batch.outcomes if o.page and report}
-    document = batch_document(folder_or_jobs.name, batch, part, made=made_with(settings), pages=pages)
-    present(document, report, json=json, form=format, text=True, on_stderr=True, root=ready.plan.root)
-    say(shown.time_line())
-    return int(batch.failed)
 
 
 def _say_changes(now: Path, made: Path) -> int:

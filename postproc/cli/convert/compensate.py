@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from postproc.cli.convert.finish import finish, module_file, show_result
-from postproc.cli.options import CertificateFile, CheckFlag, Format, Output, OutputFlag, ReportFile
+from postproc.cli.convert.finish import finish, module_file, say_missed, show_result
+from postproc.cli.options import CertificateFile, CheckFlag, Format, Output, OutputFlag, ReportFile, Require
 from postproc.cli.output import check_outputs
 from postproc.cli.printing import STDIN, print_document, show
 from postproc.cli.program_options import TaskOptions
@@ -27,6 +27,7 @@ def run(
     in_place: OutputFlag = False,
     check: CheckFlag = False,
     diff: CheckFlag = False,
+    require: Require = None,
     format: Format = None,
     json: CheckFlag = False,
 ) -> int:
@@ -74,4 +75,4 @@ def run(
         code = finish(source.data, result.output, names, target, check=check, diff=diff, silent=quiet, module=module)
     if form is not None:  # files first: who reads stdout may go away
         print_document({**result.report, **settings.document(arm.robot.name)}, form)
-    return code
+    return max(code, say_missed(require, {Path(source.path).name: result.report}))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +17,7 @@ from postproc.files import read_source
 if TYPE_CHECKING:
     from postproc.compensation.conversion import Conversion
     from postproc.compensation.options import Options
+    from postproc.report.blocks import Values
     from postproc.settings import Settings
 
 LINE_PATTERN = rb"[^\n]*\n|[^\n]+"
@@ -124,6 +125,21 @@ def show_result(
 
         files = [read_source(file) for file in settings.inputs if file is not None and Path(file).is_file()]
         write(certificate, render_certificate(program_certificate(name, result, made_with(settings), files)))
+
+
+def say_missed(require: str | None, programs: Mapping[str, Values]) -> int:
+    """Say on stderr of the worst program and weld that the required tolerance is not kept; return 1 then, else 0.
+
+    Args:
+        require: ``model`` or ``arm``, None for nothing. programs: documents of conversions, or their entries in that of
+            a batch, by name.
+    """
+    from postproc.results.convert.requirement import missed
+
+    line = None if require is None else missed(require, programs)
+    if line is not None:
+        say(f"`--require {require}`: {line}")
+    return int(line is not None)
 
 
 def unified_diff(before: bytes, after: bytes, name_before: str, name_after: str) -> bytes:
