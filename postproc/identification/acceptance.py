@@ -44,7 +44,7 @@ def with_amplitudes(problem: Problem, linear: Linear, candidate: Candidate) -> E
     mask = candidate.free & candidate.effect.amplitudes()
     size = ordinary(problem.model, candidate.effect, mask)
     columns = candidate.columns(problem)
-    s2 = max(linear.square - candidate.fall, 1e-12) / max(linear.freedom - candidate.count, 1)
+    s2 = max(linear.square - candidate.rss_reduction, 1e-12) / max(linear.freedom - candidate.count, 1)
     weak = s2 / (WIDE * DECADES[-1]) ** 2 * np.eye(columns.shape[1])
     x = candidate.effect.vector().copy()
     x[mask] += size * np.linalg.solve(columns.T @ linear.project(columns) + weak, columns.T @ linear.projected_residual)
@@ -141,7 +141,7 @@ def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:
     residual, reweighted = after.problem.residual, after.problem.weighted(base.problem.weights).residual
     remaining = min(after.linear.square + float(reweighted @ reweighted - residual @ residual), before)
     freedom = base.linear.freedom
-    linear = max(before - candidate.fall, ROUNDING_SHARE * before)
+    linear = max(before - candidate.rss_reduction, ROUNDING_SHARE * before)
     gained = freedom * float(np.log(linear / max(remaining, ROUNDING_SHARE * before)))
     effect = after.model.effect(candidate.key) or candidate.effect
     if candidate.curved:
@@ -152,7 +152,7 @@ def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:
     if impossible(after, candidate.key).any():
         evidence = -np.inf
     free = after.free.get(candidate.key, candidate.free)
-    return replace(candidate, effect=effect, free=free, evidence=evidence, fall=before - remaining, fit=after)
+    return replace(candidate, effect=effect, free=free, evidence=evidence, rss_reduction=before - remaining, fit=after)
 
 
 def refit_evidence(base: Linear, remaining: float, after: Fit, key: str) -> float:

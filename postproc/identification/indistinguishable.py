@@ -40,7 +40,7 @@ def indistinguishable(
 
     def plain(c: Candidate) -> float:
         """Return the candidate's log evidence by Schwarz's criterion."""
-        return float(schwarz(linear.square, linear.square - c.fall, c.count, linear.freedom))
+        return float(schwarz(linear.square, linear.square - c.rss_reduction, c.count, linear.freedom))
 
     others = [c for c in ranking if c.key != chosen.key and c.evidence > 0]
     least, least_plain = chosen.evidence - CLOSE_EVIDENCE, plain(chosen) - CLOSE_EVIDENCE

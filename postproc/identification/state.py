@@ -129,7 +129,7 @@ class SearchState:
             return  # what leaves no more than the noise is worth less
         for curve in self.curve_screen.suspects(least):
             slow = poses and {*SLOW, "row"}.issuperset(curve.channels)
-            if curve.evidence > 0 and (known or slow or curve.fall > LEAST_SHARE * square):
+            if curve.evidence > 0 and (known or slow or curve.rss_reduction > LEAST_SHARE * square):
                 yield Candidate.of_curve(curve, curve.effect(self.fit.problem.site))
 
     def with_curves(self, curves: tuple[Candidate, ...]) -> SearchState:

@@ -29,20 +29,20 @@ ZERO_ROUNDING = 1e-15
 """Numbers below that are rounding of a zero (cosines of right angles), and below what a single may hold."""
 
 
-def module_tables(corrected: CorrectedModel, done: Conditions) -> dict[str, object]:
+def module_tables(corrected: CorrectedModel, conditions: Conditions) -> dict[str, object]:
     """Values for the template of the module: header lines and all tables, as RAPID text.
 
     Args:
         corrected: the part of the model that is corrected at run time.
-        done: the conditions that the module is made for.
+        conditions: the conditions that the module is made for.
     """
     return {
-        "header": [*header(corrected, done)],
-        "bound": number(1e3 * done.bound_m),
-        "force": aggregate(done.force) if done.forced else "",
-        "moment": aggregate(done.moment),
-        "force_on": done.force_on,
-        "region": [(number(a), number(b)) for a, b in np.degrees([done.lower, done.upper]).T.tolist()],
+        "header": [*header(corrected, conditions)],
+        "bound": number(1e3 * conditions.bound_m),
+        "force": aggregate(conditions.force) if conditions.forced else "",
+        "moment": aggregate(conditions.moment),
+        "force_on": conditions.force_on,
+        "region": [(number(a), number(b)) for a, b in np.degrees([conditions.lower, conditions.upper]).T.tolist()],
         "no_mass": number(NO_MASS),
         "most_kg": number(MOST_LOAD * (corrected.model.robot.payload or UNKNOWN_LOAD_KG)),
         "straightest": number(float(np.cos(np.arcsin(SINGULAR_SINE)))),
@@ -51,7 +51,7 @@ def module_tables(corrected: CorrectedModel, done: Conditions) -> dict[str, obje
         **_arm(corrected),
         **_loads(corrected),
         **_bodies(corrected),
-        **_curves(corrected, done),
+        **_curves(corrected, conditions),
     }
 
 
@@ -145,9 +145,9 @@ def _bodies(corrected: CorrectedModel) -> dict[str, object]:
     }
 
 
-def _curves(corrected: CorrectedModel, done: Conditions) -> dict[str, object]:
+def _curves(corrected: CorrectedModel, conditions: Conditions) -> dict[str, object]:
     """Tables of the functions of one variable, a row for each and the values of all, by their names in the template."""
-    curves = curves_of(corrected, done)
+    curves = curves_of(corrected, conditions)
     every, at = curves.every, 1
     rows: list[list[float]] = []
     for curve in every:
@@ -163,32 +163,32 @@ def _curves(corrected: CorrectedModel, done: Conditions) -> dict[str, object]:
     }
 
 
-def header(corrected: CorrectedModel, done: Conditions) -> Iterator[str]:
+def header(corrected: CorrectedModel, conditions: Conditions) -> Iterator[str]:
     """Lines of the module's header, without comment sign: model, effects, gravity, force, region, tool and load.
 
     Args:
         corrected: the part of the model that is corrected at run time.
-        done: the conditions that the module is made for.
+        conditions: the conditions that the module is made for.
     """
     estimated = corrected.model.stiffness_source == "estimated"
     shipped = f"shipped, with a stiffness that is {'estimated by a rule' if estimated else 'published for its type'}"
-    yield f"model: {done.source or shipped}; arm: {corrected.model.robot.name}"
+    yield f"model: {conditions.source or shipped}; arm: {corrected.model.robot.name}"
     yield f"corrected: {_words(corrected.keys)}"
     if corrected.untold:
         yield f"left out, a target does not tell what they follow: {_words(corrected.untold)}"
     if corrected.unfit:
         yield f"left out, the tables below do not hold their law: {_words(corrected.unfit)}"
-    for name, value in done.channels.items():
+    for name, value in conditions.channels.items():
         yield f"constant: {name} = {value:g}"
     yield f"gravity in axes of the base [m/s2]: {_numbers(corrected.model.gravity)}"
-    if done.forced:
-        when = "on every target" if done.force_on == "all" else "where Weld is given"
-        yield f"process force {when} [N]: {_numbers(done.force)}, moment [N m]: {_numbers(done.moment)}"
-    for j, (low, high) in enumerate(np.degrees([done.lower, done.upper]).T, 1):
+    if conditions.forced:
+        when = "on every target" if conditions.force_on == "all" else "where Weld is given"
+        yield f"process force {when} [N]: {_numbers(conditions.force)}, moment [N m]: {_numbers(conditions.moment)}"
+    for j, (low, high) in enumerate(np.degrees([conditions.lower, conditions.upper]).T, 1):
         yield f"region of axis {j} [deg]: {low:.6g} to {high:.6g}"
     yield (
-        f"errors are stated for TCP {_numbers(1e3 * done.T_flange_tcp[:3, 3])} mm, {done.mass:g} kg "
-        f"at {_numbers(1e3 * done.center)} mm"
+        f"errors are stated for TCP {_numbers(1e3 * conditions.T_flange_tcp[:3, 3])} mm, {conditions.mass:g} kg "
+        f"at {_numbers(1e3 * conditions.center)} mm"
     )
 
 

@@ -81,12 +81,12 @@ def corrected_model(model: Model, conditions: Conditions) -> CorrectedModel:
     return CorrectedModel(kept, tables, untold, tuple(key for key, share in shares.items() if share is None), largest)
 
 
-def _largest_loads(model: Model, done: Conditions) -> Array:
+def _largest_loads(model: Model, conditions: Conditions) -> Array:
     """(48,) largest loads over the region, times 1.5 and never below 1.5 (1 if no effect reads loads).
 
     They are torques on joints [N m], then force and moment at the ends of the seven bodies [N, N m].
     """
-    settled = equilibrium(model, done.states(done.drawn(400, 4)), tuple(range(7))).state
+    settled = equilibrium(model, conditions.states(conditions.drawn(400, 4)), tuple(range(7))).state
     if settled.joint_load is None or settled.body_load is None:
         return np.ones(LOADS)
     loads = np.abs(np.hstack([settled.joint_load, settled.body_load.reshape(-1, LOADS - 6)])).max(axis=0)
@@ -278,14 +278,14 @@ class CurveTables:
         return [*self.torque, *self.by_torque, *self.by_angle]
 
 
-def curves_of(corrected: CorrectedModel, done: Conditions) -> CurveTables:
+def curves_of(corrected: CorrectedModel, conditions: Conditions) -> CurveTables:
     """Curves of all functions over the region, with as few values as their tolerance allows.
 
     Args:
-        done: has the region of joint angles.
+        conditions: has the region of joint angles.
     """
     degree = np.pi / 180.0
-    low, high = np.degrees(done.lower), np.degrees(done.upper)
+    low, high = np.degrees(conditions.lower), np.degrees(conditions.upper)
 
     def every(laws: Laws, begin: Array, end: Array, units: tuple[float, float], fine: float) -> list[Curve]:
         """Curves of functions whose argument and value are tabulated in other units.

@@ -100,7 +100,7 @@ def test_extending_a_problem_equals_solving_it_with_all_columns(w):
     assert_allclose(longer.projected_residual, rest, atol=1e-9)
     assert_allclose(longer.square, rest @ rest + np.sum((w * x[:7]) ** 2), atol=1e-9)
     found = gain(first, again)
-    assert found.count == 3 and found.fall == pytest.approx(first.square - longer.square)
+    assert found.count == 3 and found.rss_reduction == pytest.approx(first.square - longer.square)
 
 
 def test_f_test_against_the_table():

@@ -261,9 +261,9 @@ def test_rows_that_only_stand_out_beside_an_effect_are_no_merit_of_it():
     after = refit(base, one)
     assert not base.excluded and len(after.excluded) == 2
     mistakes = after.problem.squares()[list(after.excluded)].sum()
-    fall = judged(base, after, one).fall
+    fall = judged(base, after, one).rss_reduction
     assert fall == pytest.approx(base.linear.square - after.linear.square - mistakes, rel=1e-3)
-    assert mistakes > 0.05 * base.linear.square and abs(fall - one.fall) < 0.5 * mistakes
+    assert mistakes > 0.05 * base.linear.square and abs(fall - one.rss_reduction) < 0.5 * mistakes
 
 
 def lifted(g, arm) -> Hidden:
@@ -353,7 +353,7 @@ def test_what_hides_behind_an_effect_is_told_also_from_fits_that_use_other_rows(
     after = fit_model(before.model, data.rows(np.arange(len(data)) % 9 > 0), [line])
     screen = Screen(before.problem, {c.key: c for c in (GravityCompensator, ThermalJointDrift)})
     ranking = [replace(compose(screen, before.linear, key), evidence=1.0) for key in screen.classes]
-    chosen = replace(ranking[0], key="transmission_error", evidence=1e9, fall=before.linear.square)
+    chosen = replace(ranking[0], key="transmission_error", evidence=1e9, rss_reduction=before.linear.square)
     assert indistinguishable(ranking, chosen, before, after) == ((), ("gravity_compensator",))
 
 
@@ -361,7 +361,7 @@ def test_what_explains_no_more_than_noise_hides_behind_nothing():
     data, _ = cell(seed=523, poses=80)
     before, after = base_fit(data), base_fit(data, more=("backlash",))
     one = compose(Screen(before.problem, {LinkGeometry.key: LinkGeometry}), before.linear, LinkGeometry.key)
-    chosen = replace(one, key="backlash", evidence=1e9, fall=before.linear.square)
+    chosen = replace(one, key="backlash", evidence=1e9, rss_reduction=before.linear.square)
     assert indistinguishable([replace(one, evidence=1.0)], chosen, before, after) == ((), ())
 
 
@@ -383,7 +383,7 @@ def test_what_most_poses_say_is_told_beside_what_a_few_say_loudly(few, expected)
         effects.append((effect, free, columns))
     linear = replace(fit.linear, residual=y)
     worth = [(e, free, gain(linear, columns)) for e, free, columns in effects]
-    ranked = [Candidate(e.key, e, free, "", w.evidence, w.fall, 1, 0.0, 9.0, 1e-9) for e, free, w in worth]
+    ranked = [Candidate(e.key, e, free, "", w.evidence, w.rss_reduction, 1, 0.0, 9.0, 1e-9) for e, free, w in worth]
     first, second = ranked = sorted(ranked, key=lambda c: -c.evidence)
     assert (
         first.key == "backlash"
@@ -481,7 +481,9 @@ def test_forms_that_are_screened_together_have_the_columns_that_each_has_alone()
     found = score_tests(fit.problem, fit.linear, lines)
     for i in range(0, len(lines), 97):
         one = gain(fit.linear, lines[i].columns(fit.problem))
-        assert (found.of(i).fall, found.of(i).evidence) == pytest.approx((one.fall, one.evidence), rel=1e-9)
+        assert (found.of(i).rss_reduction, found.of(i).evidence) == pytest.approx(
+            (one.rss_reduction, one.evidence), rel=1e-9
+        )
 
 
 def test_what_stood_in_for_a_missing_effect_does_not_stay():

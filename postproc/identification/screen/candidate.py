@@ -24,7 +24,8 @@ class Candidate:
 
     Args:
         key: of the effect; effect: with starting amplitudes; free: (q,) mask of what a fit of it moves.
-        label: which forms; evidence: 2 log of odds for it, less the price; fall: of the whitened sum of squares.
+        label: which forms; evidence: 2 log of odds for it, less the price.
+        rss_reduction: by how much it lowers the whitened sum of squares.
         count: number of parameters; price: 2 log of the prior odds against this form among all that were tried.
         visible: an effect of ordinary size in units of the noise of the whole data; p_value: corrected for what was
             tried.
@@ -41,7 +42,7 @@ class Candidate:
     free: NDArray[np.bool_]
     label: str
     evidence: float
-    fall: float
+    rss_reduction: float
     count: int
     price: float
     visible: float
@@ -67,7 +68,7 @@ class Candidate:
             free=free,
             label=curve.key,
             evidence=curve.evidence,
-            fall=curve.fall,
+            rss_reduction=curve.rss_reduction,
             count=int(free.sum()),
             price=curve.price,
             visible=np.inf,

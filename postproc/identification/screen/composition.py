@@ -120,10 +120,10 @@ def _candidate(linear: Linear, form: Form, brought: Gain, price: float) -> Candi
     Args:
         brought: gain of the form; price: 2 log of the prior odds against finding it.
     """
-    fall, count, visible = float(brought.fall), int(brought.count), float(brought.visible)
-    p = f_test(linear.square, linear.square - fall, count, linear.freedom - count, price)
+    reduction, count, visible = float(brought.rss_reduction), int(brought.count), float(brought.visible)
+    p = f_test(linear.square, linear.square - reduction, count, linear.freedom - count, price)
     evidence = float(brought.evidence) - price
-    return Candidate(form.key, form.effect, form.refit, form.label, evidence, fall, count, price, visible, p)
+    return Candidate(form.key, form.effect, form.refit, form.label, evidence, reduction, count, price, visible, p)
 
 
 def _sharpened(

@@ -100,13 +100,13 @@ class CurveScreen:
             yield from self._ranked(where, falls, self.every.prices[use], made, MOST)
         yield from (self._tested(where, pattern) for pattern in self.every.wide if self.every.sensible(pattern, where))
 
-    def _suspect(self, where: str, form: CurveForm, fall: float, evidence: float) -> Suspect:
+    def _suspect(self, where: str, form: CurveForm, reduction: float, evidence: float) -> Suspect:
         """Return the suspect of a curve at a place, under the curve's first channel.
 
         Args:
-            where: name of the place; form: the curve; fall: of the sum of squares; evidence: log evidence.
+            where: name of the place; form: the curve; reduction: of the sum of squares; evidence: log evidence.
         """
-        return Suspect(where, self.moves[where], form, fall, evidence, self.every.price(form), form.channels[0])
+        return Suspect(where, self.moves[where], form, reduction, evidence, self.every.price(form), form.channels[0])
 
     def _tested(self, where: str, form: CurveForm) -> Suspect:
         """Return the suspect of one curve at a place, with its fall of the sum of squares and its log evidence.
@@ -116,9 +116,9 @@ class CurveScreen:
         """
         linear = self._seen(where).linear
         columns = self.problem.whiten(times_form(self.moves[where], form.values))
-        fall = float(taken_off(linear, columns)[1].sum())
-        evidence = schwarz(linear.square, linear.square - fall, columns.shape[1], linear.freedom)
-        return self._suspect(where, form, fall, float(evidence) - self.every.price(form))
+        reduction = float(taken_off(linear, columns)[1].sum())
+        evidence = schwarz(linear.square, linear.square - reduction, columns.shape[1], linear.freedom)
+        return self._suspect(where, form, reduction, float(evidence) - self.every.price(form))
 
     def _best(self, least: float) -> list[Suspect]:
         """Return the best suspect for each place and set of channels, strongest first, at most `MOST`.
@@ -134,7 +134,7 @@ class CurveScreen:
             once.setdefault((one.where, one.channels), one)
         best = list(once.values())[:MOST]
         limited = (self._without_a_row(s) if s.evidence > 0 else s for s in best)
-        return sorted(limited, key=lambda s: (-round(s.evidence, 6), -s.fall))
+        return sorted(limited, key=lambda s: (-round(s.evidence, 6), -s.rss_reduction))
 
     def _without_a_row(self, one: Suspect) -> Suspect:
         """Return the suspect with its log evidence limited to what it is without the row that gains most by it."""
@@ -210,7 +210,8 @@ class CurveScreen:
         """
         seen = self._seen(one.where)
         square = seen.linear.square
-        evidence = schwarz(square, max(square - times * one.fall, 0.01 * square), seen.count, seen.linear.freedom)
+        after = max(square - times * one.rss_reduction, 0.01 * square)
+        evidence = schwarz(square, after, seen.count, seen.linear.freedom)
         return float(evidence) - 2 * float(np.log(tries)) - self.every.price(one.form)
 
     def _refined(self, one: Suspect, refined: list[Suspect]) -> Suspect:

@@ -26,19 +26,20 @@ class Gain:
     """What M forms would bring, (M,) each, or what one of them would.
 
     Args:
-        fall: of the whitened sum of squares; count: number of parameters (those that only shape the effect included).
+        rss_reduction: by how much it lowers the whitened sum of squares.
+        count: number of parameters (those that only shape the effect included).
         visible: displacement by the form at its ordinary size, in units of the noise, beside the fitted parameters.
         evidence: 2 log of the odds against nothing, before counting how many forms were tried.
     """
 
-    fall: Array
+    rss_reduction: Array
     count: NDArray[np.int_]
     visible: Array
     evidence: Array
 
     def of(self, m: int) -> Gain:
         """Return the gain of the m-th form."""
-        return Gain(self.fall[m], self.count[m], self.visible[m], self.evidence[m])
+        return Gain(self.rss_reduction[m], self.count[m], self.visible[m], self.evidence[m])
 
 
 @dataclass(frozen=True)
@@ -88,7 +89,7 @@ def score_tests(problem: Problem, linear: Linear, forms: Forms) -> Gain:
     order = np.argsort(np.concatenate([stack.index for stack in forms.stacks]))
     turned = any(stack.joint is not None for stack in forms.stacks)
     turns = JointTurns.of(linear, problem.turns) if turned else None
-    parts = [_gains(linear, stack, turns) for stack in forms.stacks]
+    parts = [_of_stack(linear, stack, turns) for stack in forms.stacks]
     return Gain(*(np.concatenate([getattr(f, each.name) for f in parts])[order] for each in fields(Gain)))
 
 
@@ -101,7 +102,7 @@ def gain(linear: Linear, columns: Array, forming: int = 0, flexible: bool = Fals
     """
     one = np.zeros(1, dtype=int)
     stack = Stack(one, columns, None, one + forming, np.array([flexible]), one)
-    return _gains(linear, stack).of(0)
+    return _of_stack(linear, stack).of(0)
 
 
 def _products(linear: Linear, stack: Stack) -> tuple[Array, Array, Array]:
@@ -115,8 +116,8 @@ def _products(linear: Linear, stack: Stack) -> tuple[Array, Array, Array]:
     return stack.gram, inside, (stack.values.T @ linear.projected_residual).reshape(M, -1)
 
 
-def _gains(linear: Linear, stack: Stack, turns: JointTurns | None = None) -> Gain:
-    """Return fall, count, visible size and evidence, (M,) each, of the M forms in a stack.
+def _of_stack(linear: Linear, stack: Stack, turns: JointTurns | None = None) -> Gain:
+    """Return reduction of the sum of squares, count, visible size and evidence, (M,) each, of the M forms in a stack.
 
     For a form with whitened columns C, and data y, G = C^T P C and b = C^T P y, where P projects out the fitted
     parameters. With parameters that scatter by a = 3 d ordinary sizes, least squares lower the sum of squares by
@@ -136,9 +137,9 @@ def _gains(linear: Linear, stack: Stack, turns: JointTurns | None = None) -> Gai
     # How much of each direction the fitted parameters leave, against what it is in columns of length one.
     seen = value > DIM * np.einsum("mij,mi->mj", vector**2, length)
     count = seen.sum(axis=1)
-    fall = np.minimum(np.sum(part * seen / np.where(seen, value, 1.0), axis=1), before)
+    reduction = np.minimum(np.sum(part * seen / np.where(seen, value, 1.0), axis=1), before)
     free = freedom - count - forming
-    s2 = np.maximum(before - fall, ROUNDING_SHARE * before) / np.maximum(free, 1.0)
+    s2 = np.maximum(before - reduction, ROUNDING_SHARE * before) / np.maximum(free, 1.0)
     evidence = np.full(M, -np.inf)
     for decade in DECADES:
         wide = ((WIDE * decade) ** 2 / s2)[:, None]
@@ -148,13 +149,13 @@ def _gains(linear: Linear, stack: Stack, turns: JointTurns | None = None) -> Gai
     evidence -= 0.5 * forming * np.log(max(freedom, 1.0))
     # A hose only pulls: what it would have to push explains nothing.
     pushes = (stack.sign == 1) & (along[:, 0] < 0)
-    evidence[pushes], fall[pushes] = -np.inf, 0.0
+    evidence[pushes], reduction[pushes] = -np.inf, 0.0
     # A free function must earn every coefficient, or it would stand in for any effect of a few parameters.
     for m in np.flatnonzero(stack.flexible):
-        evidence[m] = min(evidence[m], schwarz(before, before - fall[m], count[m], freedom))
+        evidence[m] = min(evidence[m], schwarz(before, before - reduction[m], count[m], freedom))
     good = (count > 0) & (free >= 1)
     visible = np.sqrt(value.sum(axis=1))
-    every = (fall, 0.0), (count + forming, 0), (visible, 0.0), (evidence, -np.inf)
+    every = (reduction, 0.0), (count + forming, 0), (visible, 0.0), (evidence, -np.inf)
     return Gain(*(np.where(good, value_of, nothing) for value_of, nothing in every))
 
 

@@ -169,15 +169,15 @@ def _judged(screen: Screen, linear: Linear, start: Candidate) -> Candidate:
     best = np.linalg.lstsq(inside[:, amplitude], linear.projected_residual, rcond=1e-9)[0]
     x[indices] = np.clip(best, low[indices], high[indices])
     moved = columns[:, amplitude] @ x[indices]
-    fall = float(moved @ (2 * linear.projected_residual - inside[:, amplitude] @ x[indices]))
-    remaining = max(linear.square - fall, 0.0)
+    reduction = float(moved @ (2 * linear.projected_residual - inside[:, amplitude] @ x[indices]))
+    remaining = max(linear.square - reduction, 0.0)
     effect = effect.with_vector(x)
     evidence = (
         laplace(linear, remaining, columns.T @ inside, effect, robot=screen.problem.model.robot, index=index)
         - start.price
     )
     p = f_test(linear.square, remaining, start.count, linear.freedom - start.count, start.price)
-    return replace(start, effect=effect, evidence=evidence, fall=fall, p_value=p)
+    return replace(start, effect=effect, evidence=evidence, rss_reduction=reduction, p_value=p)
 
 
 def optimise_nonlinear(

@@ -32,7 +32,7 @@ class Suspect:
     Args:
         where: name of the place (`places`); place: (n, r, m) derivative of the prediction by its moves.
         form: the curve; equally_good: returns those that the data does not tell from it.
-        fall: of the whitened sum of squares; evidence: log evidence, less the price.
+        rss_reduction: of the whitened sum of squares; evidence: log evidence, less the price.
         price: 2 log of the prior odds against it among all curves, including those of having no name.
         channel: under which it is reported; one that the curve does not depend on varies along with one that it does.
         share: of the whitened sum of squares above the noise that it explains.
@@ -41,7 +41,7 @@ class Suspect:
     where: str
     place: Array
     form: CurveForm
-    fall: float
+    rss_reduction: float
     evidence: float
     price: float
     channel: str
@@ -120,8 +120,8 @@ class Suspect:
         Args:
             problem, linear: the other fit.
         """
-        fall = float(taken_off(linear, self.columns(problem))[1].sum())
-        return replace(self, fall=fall).by_each_channel(excess_over_noise(linear))
+        reduction = float(taken_off(linear, self.columns(problem))[1].sum())
+        return replace(self, rss_reduction=reduction).by_each_channel(excess_over_noise(linear))
 
     def by_each_channel(self, excess: float) -> list[Suspect]:
         """Return the suspect once per channel, with the share that it explains.
@@ -129,7 +129,7 @@ class Suspect:
         Args:
             excess: the excess of the whitened sum of squares over the noise, of which the share is taken.
         """
-        return [replace(self, channel=c, share=min(1.0, self.fall / excess)) for c in self.channels]
+        return [replace(self, channel=c, share=min(1.0, self.rss_reduction / excess)) for c in self.channels]
 
 
 def joined(curves: Sequence[Effect]) -> list[Effect]:
@@ -175,8 +175,8 @@ def by_channel(suspects: Sequence[Suspect], further: Sequence[Suspect] = ()) -> 
         return []
     first, likely = suspects[0], _likely(suspects)
     same = list({s.channel: s for s in likely if s.where == first.where and s.form is first.form}.values())
-    all_ = first.fall / max(first.share, 1e-12)
-    further = [replace(s, share=min(1.0, s.fall / all_)) for s in further]
+    all_ = first.rss_reduction / max(first.share, 1e-12)
+    further = [replace(s, share=min(1.0, s.rss_reduction / all_)) for s in further]
     # A second part that follows the same there comes after another channel of the first.
     again = [(s.channel, s.where) == (first.channel, first.where) for s in further]
     new, repeated = ([s for s, its in zip(further, again, strict=True) if its is which] for which in (False, True))

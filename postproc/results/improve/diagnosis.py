@@ -176,7 +176,7 @@ def _candidate(d: Diagnosis, key: str, c: Candidate | None = None) -> Values:
         key: of the effect; c: its best form, None for an effect that this data cannot test.
     """
     before, why = d.screened.linear.square, {**d.blind, **d.untestable}.get(key)
-    after = d.base.rms if c is None else d.base.rms * np.sqrt(max(before - c.fall, 0.0) / before)
+    after = d.base.rms if c is None else d.base.rms * np.sqrt(max(before - c.rss_reduction, 0.0) / before)
     return {
         "effect": key,
         "form": "" if c is None else c.label,

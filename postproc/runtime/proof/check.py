@@ -85,30 +85,32 @@ def check_module(source: Source, model: Model, every: Sequence[tuple[Conditions,
         text, help_ = f"`{source.path}` is no module that corrects targets", "name one of `postproc runtime write`"
         raise PostprocError.of("RUN002", text, source, help=help_)
     caller = Caller(source, model)
-    return tuple(_check(caller, model, done, _chosen(model, done, count)) for done, count in every)
+    return tuple(_check(caller, model, conditions, _chosen(model, conditions, count)) for conditions, count in every)
 
 
-def _chosen(model: Model, done: Conditions, count: int) -> Array:
+def _chosen(model: Model, conditions: Conditions, count: int) -> Array:
     """Joint angles (count, 6) [rad]: half fill the region, half have the largest corrections among 12 times as many."""
-    q = done.spread(AMONG * count)
+    q = conditions.spread(AMONG * count)
     half = count - count // 2
-    desired = forward(model.robot, q) @ done.T_flange_tcp
-    exact = command(model, done.states(q), desired)
+    desired = forward(model.robot, q) @ conditions.T_flange_tcp
+    exact = command(model, conditions.states(q), desired)
     moved = np.linalg.norm((exact.T_base_tcp - desired)[:, :3, 3], axis=1)
-    moved[:half] = moved[(moved > done.bound_m) | (exact.residual_m > SOLVED_M)] = -1.0
+    moved[:half] = moved[(moved > conditions.bound_m) | (exact.residual_m > SOLVED_M)] = -1.0
     return np.concatenate([q[:half], q[np.argsort(-moved, kind="stable")[: count // 2]]])
 
 
-def _check(caller: Caller, model: Model, done: Conditions, q: Array) -> Check:
+def _check(caller: Caller, model: Model, conditions: Conditions, q: Array) -> Check:
     """Call the function at joint angles q (n, 6) [rad] and compare its results with the exact correction.
 
     The force is the one that the module states.
     """
-    done = replace(done, force=caller.stated("ppForce"), moment=caller.stated("ppMoment"))
-    tool = ToolData("", True, matrix_pose(done.T_flange_tcp), LoadData(done.mass, tuple(1e3 * done.center)))
+    conditions = replace(conditions, force=caller.stated("ppForce"), moment=caller.stated("ppMoment"))
+    tool = ToolData(
+        "", True, matrix_pose(conditions.T_flange_tcp), LoadData(conditions.mass, tuple(1e3 * conditions.center))
+    )
     answers = [caller.call(FunctionCall(one, tool, weld=True)) for one in q]
-    desired = forward(model.robot, q) @ done.T_flange_tcp
-    exact = command(model, done.states(q), desired)
+    desired = forward(model.robot, q) @ conditions.T_flange_tcp
+    exact = command(model, conditions.states(q), desired)
     good = np.array([answer.reason == 0 for answer in answers], dtype=bool)
     T_answer = np.array([answer.pose for answer in answers]).reshape(-1, 4, 4)
     used = good & (exact.residual_m < SOLVED_M)
@@ -116,7 +118,7 @@ def _check(caller: Caller, model: Model, done: Conditions, q: Array) -> Check:
     far = np.linalg.norm((T_answer - exact.T_base_tcp)[used, :3, 3], axis=1)
     returned = Counter(answer.reason for answer in answers if answer.reason != 0)
     return Check(
-        done.mass,
+        conditions.mass,
         int(np.count_nonzero(good)),
         dict(sorted(returned.items())),
         returned[NOT_HANDLED],
@@ -149,27 +151,27 @@ class ChordError:
         )
 
 
-def chord_error(model: Model, done: Conditions, count: int = LINES, seed: int = 6) -> ChordError:
+def chord_error(model: Model, conditions: Conditions, count: int = LINES, seed: int = 6) -> ChordError:
     """Distance of the exact correction in the middle of lines from the mean of the corrections at their ends.
 
     The lines have random directions and constant orientation; only those count that the arm can follow entirely.
 
     Args:
         model: the arm with the effects that are corrected.
-        done: the conditions, with the region in which the lines lie.
+        conditions: the conditions, with the region in which the lines lie.
         count: number of lines drawn.
     """
-    rigid, q = model.with_effects(), done.drawn(count, seed)
+    rigid, q = model.with_effects(), conditions.drawn(count, seed)
     way = np.random.default_rng(seed).normal(size=(len(q), 3))
     way *= 0.5 * LINE_M / np.linalg.norm(way, axis=1, keepdims=True)
-    middle = forward(model.robot, q) @ done.T_flange_tcp
+    middle = forward(model.robot, q) @ conditions.T_flange_tcp
     moved, follows = [], np.ones(len(q), dtype=bool)
     for side in (-1.0, 0.0, 1.0):
         desired = middle.copy()
         desired[:, :3, 3] += side * way
-        nominal = command(rigid, done.states(q), desired)
-        exact = command(model, done.states(nominal.q), desired)
-        inside = ((nominal.q >= done.lower) & (nominal.q <= done.upper)).all(axis=1)
+        nominal = command(rigid, conditions.states(q), desired)
+        exact = command(model, conditions.states(nominal.q), desired)
+        inside = ((nominal.q >= conditions.lower) & (nominal.q <= conditions.upper)).all(axis=1)
         follows &= inside & (np.maximum(nominal.residual_m, exact.residual_m) < SOLVED_M)
         follows &= np.abs(nominal.q - q).max(axis=1) < FOLLOWED
         moved.append(exact.T_base_tcp[:, :3, 3] - desired[:, :3, 3])
