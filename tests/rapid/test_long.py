@@ -7,6 +7,7 @@ import tracemalloc
 import pytest
 
 from postproc.diagnostics import Diagnostic, Source
+from postproc.rapid.execution import all_ways
 from postproc.rapid.execution.walk import Walk, walk_program
 from postproc.rapid.program.program import read_program
 from postproc.rapid.program.references import declaration_uses
@@ -51,22 +52,22 @@ def follow(text: str) -> Walk:
 ROUTINE = "PROC r{}()\na:={};\nENDPROC"
 # How often what is repeated in main, with declarations and routines that are repeated as often, on one line or on lines.
 SHAPES: dict[str, tuple[int, str, str, str, str]] = {
-    "statements on one line": (500, "a:={}; ", "", "", "LINE"),
-    "motions on one line": (100, MOVE + " ", "", "", "LINE"),
-    "labels": (375, "l{}: a:=a+1;", "", "", "LINES"),
-    "jumps forward": (250, "GOTO l{};\na:=3;\nl{}:", "", "", "LINES"),
-    "jumps on a condition": (200, "IF di1=1 GOTO l{};\na:=3;\nl{}:", "", "", "LINES"),
-    "jumps back": (200, "l{}: a:=a+1; IF di1=1 GOTO l{};", "", "", "LINES"),
-    "routines": (200, "r{};", "", ROUTINE, "LINES"),
-    "handlers": (150, "r{};", "", ROUTINE.replace("ENDPROC", "ERROR\nTRYNEXT;\nENDPROC"), "LINES"),
-    "arms of one IF": (200, "ELSEIF gi1={} THEN\na:={};", "", "", "IF gi1=-1 THEN\nLINES\nENDIF"),
-    "cases with motions": (100, "CASE {}:\n" + MOVE, "", "", "TEST gi1\nLINES\nENDTEST"),
-    "branches with motions": (150, "IF gi1={} THEN\n" + MOVE + "\nENDIF", "", "", "LINES"),
-    "declarations": (375, "a:=a{};", "CONST num a{}:={};", "", "LINES"),
-    "arguments": (375, "1,", "", "", "r LINE 1;"),
-    "calls by a name": (125, '%"r{}"%;', "", ROUTINE, "LINES"),
-    "a text": (20_000, "x", "", "", 's:="LINE";'),
-    "comments": (20_000, "! {}", "", "", "LINES"),
+    "statements on one line": (150, "a:={}; ", "", "", "LINE"),
+    "motions on one line": (40, MOVE + " ", "", "", "LINE"),
+    "labels": (120, "l{}: a:=a+1;", "", "", "LINES"),
+    "jumps forward": (80, "GOTO l{};\na:=3;\nl{}:", "", "", "LINES"),
+    "jumps on a condition": (60, "IF di1=1 GOTO l{};\na:=3;\nl{}:", "", "", "LINES"),
+    "jumps back": (60, "l{}: a:=a+1; IF di1=1 GOTO l{};", "", "", "LINES"),
+    "routines": (60, "r{};", "", ROUTINE, "LINES"),
+    "handlers": (50, "r{};", "", ROUTINE.replace("ENDPROC", "ERROR\nTRYNEXT;\nENDPROC"), "LINES"),
+    "arms of one IF": (60, "ELSEIF gi1={} THEN\na:={};", "", "", "IF gi1=-1 THEN\nLINES\nENDIF"),
+    "cases with motions": (40, "CASE {}:\n" + MOVE, "", "", "TEST gi1\nLINES\nENDTEST"),
+    "branches with motions": (40, "IF gi1={} THEN\n" + MOVE + "\nENDIF", "", "", "LINES"),
+    "declarations": (120, "a:=a{};", "CONST num a{}:={};", "", "LINES"),
+    "arguments": (120, "1,", "", "", "r LINE 1;"),
+    "calls by a name": (50, '%"r{}"%;', "", ROUTINE, "LINES"),
+    "a text": (5_000, "x", "", "", 's:="LINE";'),
+    "comments": (4_000, "! {}", "", "", "LINES"),
 }
 
 
@@ -109,7 +110,7 @@ def test_one_long_word_costs_what_it_is_long(place: str, piece: str) -> None:
     def run(size: int) -> None:
         follow(module(PLACES[place].replace("{}", piece * (size // len(piece)))))
 
-    assert operations(lambda: run(20_000)) < 11 * operations(lambda: run(2_000))
+    assert operations(lambda: run(8_000)) < 11 * operations(lambda: run(800))
     assert within(lambda: run(20_000), max(40 * loops(lambda: run(2_000), 2), 5e6))
 
 
@@ -117,6 +118,10 @@ def test_a_word_of_a_megabyte_in_a_comment_is_read_at_once() -> None:
     text = module(f"! {'a' * 1_000_000}\n{MOVE.format(1)}")
     assert operations(lambda: follow(text)) < 1e5
     assert within(lambda: follow(text), 1e8)
+
+
+FEW_STEPS = all_ways.MAX_STEPS // 10
+"""Of a program that is cut off: what is then said of it is the same as after all."""
 
 
 @pytest.mark.parametrize(
@@ -129,8 +134,10 @@ def test_a_word_of_a_megabyte_in_a_comment_is_read_at_once() -> None:
         ("l{}:", "IF di{}=1 GOTO l{};", []),
     ],
 )
-def test_nested_blocks_end(opening: str, closing: str, findings: list[str]) -> None:
+def test_nested_blocks_end(opening: str, closing: str, findings: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
     """Turns inside turns are a power of the depth: from some point on what follows is not known, and this is said."""
+    if findings:
+        monkeypatch.setattr(all_ways, "MAX_STEPS", FEW_STEPS)
     text = module(f"{repeated(opening, 40)}\na:=a+1;\n{MOVE.format('a')}\n{repeated(closing, 40)}")
     with limited(120.0):
         walked = follow(text)
@@ -139,7 +146,8 @@ def test_nested_blocks_end(opening: str, closing: str, findings: list[str]) -> N
     assert findings or len(walked.events) < 400
 
 
-def test_calls_that_multiply_are_cut_off_and_still_accounted_for() -> None:
+def test_calls_that_multiply_are_cut_off_and_still_accounted_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(all_ways, "MAX_STEPS", FEW_STEPS)
     routines = "\n".join(f"PROC r{n}() r{n + 1}; r{n + 1}; ENDPROC" for n in range(24))
     walked = follow(module("r0;", "", f"{routines}\nPROC r24() {MOVE.format(1)} ENDPROC"))
     assert [finding.code for finding in walked.diagnostics] == ["RAP033"]
@@ -151,13 +159,13 @@ def test_what_is_not_known_holds_nothing_of_where_it_was_found(body: str) -> Non
     """Hundreds of executions whose target is not known: a kilobyte or two each."""
     work = f"PROC work(num n)\n{MOVE.format('n+a')}\nENDPROC"
     program = read_program(
-        Source("unknown.mod", module(f"FOR i FROM 1 TO 800 DO\na:=GInput(gi1);\n{body}\nENDFOR", "", work).encode())
+        Source("unknown.mod", module(f"FOR i FROM 1 TO 300 DO\na:=GInput(gi1);\n{body}\nENDFOR", "", work).encode())
     )
     tracemalloc.start()
     events = walk_program(program).events
     kept, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    assert len(events) > 700
+    assert len(events) > 290
     assert kept < peak < 4000 * len(events)
 
 
@@ -170,8 +178,8 @@ def test_findings_on_one_long_line_are_shown_at_once() -> None:
             text = Diagnostic("RAP003", "warning", "not understood", source, (at, at + 4)).render(80)
             assert all(len(line) <= 90 for line in text.splitlines())
 
-    assert operations(lambda: show(TIMES * 20_000)) < 1.1 * operations(lambda: show(20_000))
-    assert within(lambda: show(TIMES * 20_000), 4 * TIMES * loops(lambda: show(20_000), 2))
+    assert operations(lambda: show(TIMES * 5_000)) < 1.1 * operations(lambda: show(5_000))
+    assert within(lambda: show(TIMES * 5_000), 4 * TIMES * loops(lambda: show(5_000), 2))
 
 
 LEVELS = "RECORD r0\nnum a;\nENDRECORD\n" + "".join(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,11 +16,12 @@ from postproc.measure.kinds.plane import Plane
 from postproc.measure.kinds.tip import Tip
 
 READING_KINDS: tuple[ReadingKind, ...] = (Tip(), Plane(), Distance(), Gauge(), Between())
+_BY_COLUMN: Mapping[str, ReadingKind] = {kind.column: kind for kind in READING_KINDS}
 
 
 def kind_of(setup: str) -> ReadingKind:
     """Return the kind of a set-up by its name, ``plane table``, whose first word is the column that names it."""
-    return next(kind for kind in READING_KINDS if kind.column == setup.partition(" ")[0])
+    return _BY_COLUMN[setup.partition(" ")[0]]
 
 
 def rows_of(state: State, kind: ReadingKind) -> NDArray[np.intp]:
@@ -35,7 +38,7 @@ def observed(state: State, readings: Readings, point: Array, unknown: Array) -> 
     """
     n = len(state)
     result = Read(np.full((n, 3), np.nan), np.zeros((n, 3, 3)), np.zeros((n, 3, UNKNOWNS)))
-    for kind in READING_KINDS:
+    for kind in dict.fromkeys(map(kind_of, state.setup_names)):
         rows = rows_of(state, kind)
         if len(rows):
             read = kind.read(_seen(state, readings, point, unknown, rows))
