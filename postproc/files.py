@@ -27,8 +27,8 @@ MISREAD = {
 """What the command line says of a name that is that of no file."""
 Place = tuple[int, int, tuple[str, ...]]
 _PROGRAM = re.compile(r"\s*(?:%%%|(?:(?:!|#)[^\n]*\n\s*)*MODULE\s+[A-Za-z]\w*\s*(?:\n|\(|!))", re.IGNORECASE)
-SEPARATORS, COLUMNS = ",;\t", 3
-"""Of a table, and how many of one kind stand in a line of it at the least."""
+SEPARATORS = ",;\t"
+"""Of a table, one kind in all of its lines."""
 _SECTION = re.compile(r"^## ([A-Z]{3}\d{3})\b.*?(?=^## |\Z)", re.MULTILINE | re.DOTALL)
 
 
@@ -84,11 +84,11 @@ def is_program(text: str) -> bool:
 
 
 def is_table(text: str) -> bool:
-    """Return whether the first two lines of a text, none of them ``key = value``, have equally many separators."""
+    """Return whether the first two lines of a text, neither key = value nor a comment, have equally many separators."""
     lines = [line for line in text[:10_000].splitlines() if line.strip()][:2]
-    return len(lines) == 2 and any(
-        lines[0].count(mark) == lines[1].count(mark) >= COLUMNS and "=" not in lines[0] for mark in SEPARATORS
-    )
+    if len(lines) < 2 or any("=" in line or line.lstrip()[0] in "#[" for line in lines):
+        return False
+    return any(lines[0].count(mark) == lines[1].count(mark) > 0 for mark in SEPARATORS)
 
 
 def place(path: Path, follow: bool = True) -> Place:
@@ -104,6 +104,25 @@ def place(path: Path, follow: bool = True) -> Place:
     names = at.relative_to(folder).parts
     status = folder.stat()
     return status.st_dev, status.st_ino, tuple(name.casefold() for name in names) if _caseless(folder) else names
+
+
+def short_path(path: Path, folder: Path) -> str:
+    """Return a path as a document states it: as it was given, or if absolute, from the working folder or another one.
+
+    A path that shares only the root, or no more than what lies above the user's home, is stated by its name alone.
+
+    Args:
+        folder: of what the document is about.
+    """
+    if not path.is_absolute():
+        return str(path)
+    path, home, ways = Path(os.path.normpath(path)), Path.home(), list[str]()
+    for base in (Path.cwd(), folder.absolute()):
+        if path.anchor == base.anchor:
+            shared = Path(os.path.commonpath([path, base]))
+            if shared != Path(path.anchor) and not (home != shared and home.is_relative_to(shared)):
+                ways.append(os.path.relpath(path, base))
+    return min(ways, key=len, default=path.name)
 
 
 def real(path: Path) -> Path:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from postproc.compensation.options import Options
 from postproc.diagnostics import Diagnostic, PostprocError
-from postproc.files import real
+from postproc.files import real, short_path
 from postproc.user_options import option, options_of
 
 if TYPE_CHECKING:
@@ -104,21 +105,27 @@ USER_OPTIONS = tuple(sorted((*options_of(Settings, Station=object), *options_of(
 """All that people may state about a conversion, in the order of files."""
 
 
-def made_with(settings: Settings) -> dict[str, str]:
-    """Return what a page says about how its result was made, by label."""
-    o = settings.options
+def made_with(settings: Settings, folder: Path) -> dict[str, str]:
+    """Return what a page says about how its result was made, by label.
+
+    Args:
+        folder: of the programs.
+    """
+    o, file = settings.options, partial(short_path, folder=folder)
     shipped = "shipped with postproc, not measured on this arm"
     listed: dict[str, Iterable[object]] = {
-        "effects": settings.effects,
-        "read along": settings.side_files,
+        "effects": map(file, settings.effects),
+        "read along": map(file, settings.side_files),
         "taught": o.taught,
         "work objects taught with this arm": o.wobj_taught,
         "corrected by the controller itself": o.already,
         "channels": [f"{name}={value:g}" for name, value in o.channels],
-        "settings": settings.stated_in,
+        "settings": map(file, settings.stated_in),
     }
+    texts = {name: ", ".join(map(str, values)) for name, values in listed.items()}
+    model = shipped if settings.model is None else file(settings.model)
     return {
-        "model": "joint compliances of the controller" if settings.from_controller else str(settings.model or shipped),
+        "model": "joint compliances of the controller" if settings.from_controller else model,
         "arm named by": settings.robot_from,
         "force on the TCP [N]": ",".join(f"{value:g}" for value in o.force),
         "moment on the TCP [N m]": ",".join(f"{value:g}" for value in o.moment),
@@ -128,8 +135,8 @@ def made_with(settings: Settings) -> dict[str, str]:
         "tolerance in the air [mm]": f"{1e3 * o.air_tolerance_m:g}",
         "scope": o.scope,
         "at run time": o.run_time,
-        **({"cell": str(settings.cell)} if settings.cell is not None else {}),
-        **{name: ", ".join(map(str, values)) for name, values in listed.items() if values},
+        **({"cell": file(settings.cell)} if settings.cell is not None else {}),
+        **{name: text for name, text in texts.items() if text},
     }
 
 

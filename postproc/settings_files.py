@@ -14,7 +14,7 @@ from pydantic import AliasChoices, ConfigDict, Field, create_model
 
 from postproc.compensation.options import Options
 from postproc.diagnostics import PostprocError
-from postproc.files import read_source, real
+from postproc.files import read_source, real, short_path
 from postproc.rapid.data.records import Vec3
 from postproc.settings import NAME, USER_OPTIONS, Settings
 from postproc.tomlfile import FileTable, Positive, check, parse_toml, span_of
@@ -184,5 +184,5 @@ def settings_at(place: Path) -> Settings:
     path, file = nearest
     stated = file.stated()
     inherited = [(o.key, json.dumps(stated[o.name], ensure_ascii=False)) for o in USER_OPTIONS if o.name in stated]
-    chosen = with_choices(Settings(stated_in=(path,)), stated, path.parent, str(path))
+    chosen = with_choices(Settings(stated_in=(path,)), stated, path.parent, short_path(path, place))
     return replace(chosen, inherited=tuple(inherited))

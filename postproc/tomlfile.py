@@ -100,11 +100,12 @@ def parse_toml(source: Source, code: str) -> dict[str, Any]:
             code, "the file is not UTF-8 text", source, (error.start, error.start + 1), help="save it as UTF-8"
         ) from error
     except tomllib.TOMLDecodeError as error:
-        if is_table(text):
+        if is_table(text) or source.path.lower().endswith(".csv"):
             help_ = (
-                "`postproc fit TABLE -o MODEL.toml` makes a model of measured poses; tables are named without an option"
+                f"`postproc fit {source.path} -o MODEL.toml` makes a model of it; tables are named without an option"
             )
-            raise PostprocError.of(code, "this is a table, not a TOML file", source, (0, 1), help_) from error
+            message = "this is a table of measurements, not a TOML file"
+            raise PostprocError.of(code, message, source, (0, 1), help_) from error
         if is_program(text):
             help_ = "name the TOML file that was meant; programs are named without an option"
             raise PostprocError.of(code, "this is a RAPID program, not a TOML file", source, (0, 1), help_) from error

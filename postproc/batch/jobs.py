@@ -181,7 +181,7 @@ def read_job(ready: ReadyTask, page: bool = False) -> Job:
     key = _digest([words.encode(), *(source.data for source in (*program, *lent))])
     options = replace(settings.options, elsewhere=elsewhere)
     job = Job(task.name, key, (*program, *lent), converter.model, options, findings=along.findings)
-    return replace(job, page=page_of(task.name), made=made_with(settings)) if page else job
+    return replace(job, page=page_of(task.name), made=made_with(settings, root)) if page else job
 
 
 def _read(path: Path) -> bytes:

@@ -57,7 +57,10 @@ def load_model(path: Path, effects: Sequence[Path] = (), cell: Path | None = Non
     if kind == ".csv" or kind in ENDINGS:
         what, help_ = "program", "name the TOML file that `postproc fit` wrote"
         if kind == ".csv":
-            what, help_ = "table", "the model comes first, then the table"
+            what, help_ = (
+                "table",
+                f"the model comes first, then the table; `postproc fit {path} -o MODEL.toml` makes a model of it",
+            )
         raise PostprocError.of("CLI012", f"`{path}` is a {what}, not a model", help=help_)
     model = parse_model(read_source(str(path)), library)
     return model if cell is None else model.at_station(restated(read_station(cell)))

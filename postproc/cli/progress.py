@@ -1,4 +1,4 @@
-"""How far long work is, shown on stderr while it runs."""
+"""How far long work is, shown on a terminal while it runs."""
 
 from __future__ import annotations
 
@@ -54,24 +54,22 @@ class _Work:
 
 @contextmanager
 def watching(what: str = "", lines: int = 0) -> Iterator[Watch]:
-    """Show the progress of work that takes over a second: each second on a terminal, elsewhere at growing intervals.
+    """Show the progress of work that takes over a second, each second on a terminal; a pipe or a log gets none.
 
     Args:
         what: name of the work. lines: length of the program that is worked on, for a rate; 0 for no rate.
     """
-    terminal, done, work = sys.stderr.isatty(), threading.Event(), _Work(what, lines)
+    done, work = threading.Event(), _Work(what, lines)
+    if not sys.stderr.isatty():
+        yield work.watch
+        return
 
     def tell() -> None:
         """Print the progress until the work is done."""
-        pause = 1.0 if terminal else 10.0
-        while not done.wait(pause):
-            line = work.line(time.monotonic(), width_of(sys.stderr) if terminal else None)
-            if terminal:  # what wraps could not be taken back
-                print_stderr(f"\r{line}\x1b[K", end="")
-            else:
-                print_stderr(line)
-            pause *= 1 if terminal else 2
-        if terminal and time.monotonic() - work.begun > 1:
+        while not done.wait(1.0):
+            # What wraps could not be taken back.
+            print_stderr(f"\r{work.line(time.monotonic(), width_of(sys.stderr))}\x1b[K", end="")
+        if time.monotonic() - work.begun > 1:
             print_stderr(CLEAR, end="")
 
     teller = threading.Thread(target=tell, daemon=True)

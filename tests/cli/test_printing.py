@@ -138,6 +138,15 @@ def test_work_that_takes_long_says_so(capsys: pytest.CaptureFixture[str], monkey
     assert capsys.readouterr().err == ""
 
 
+def test_a_log_gets_no_lines_of_progress(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing but results and findings: the output of a job is the same however fast its machine is."""
+    started: list[object] = []
+    monkeypatch.setattr("postproc.cli.progress.threading.Thread", lambda **kwargs: started.append(kwargs))
+    with watching("reading `a.mod`", 300) as watch:
+        watch("path", 0.25)
+    assert capsys.readouterr().err == "" and started == []
+
+
 def test_the_line_of_a_long_work_tells_rate_and_remaining_time(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

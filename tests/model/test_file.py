@@ -63,6 +63,13 @@ MISTAKES = [
     (NOISE, "[fit]\n", "MOD001 12:5", "a table stands twice"),
     (NOISE, "rows = 1\nrows = 2\n", "MOD001 13:9", "a key stands twice"),
     (MODEL, '{"robot": "ur5"}', "MOD001 1:1", "a line is `[table]`"),
+    (
+        MODEL,
+        "x;y\n1,5;2\n",
+        "MOD001 1:1",
+        "a table of measurements, not a TOML file `postproc fit cell.toml -o MODEL.toml`",
+    ),
+    (MODEL, "# my cell, arm 1\nrobot irb4600, hangs\n", "MOD001 2:7", "a line is `[table]`"),
     (NOISE, "noise_mm = .03", "MOD001 12:12", "numbers begin with a digit, 0.49"),
     (NOISE, "noise_mm = 0,03", "MOD001 12:13", "numbers have a decimal point"),
     (NOISE, 'covariance = "abc"', "MOD002 12:14", "`fit.covariance`: input should be a valid list"),

@@ -72,7 +72,7 @@ def run(
         pages = {
             o.task.name: os.path.relpath(folder / o.page, report.parent) for o in batch.outcomes if o.page and report
         }
-        document = batch_document(folder_or_jobs.name, batch, part, made=made_with(settings), pages=pages)
+        document = batch_document(folder_or_jobs.name, batch, part, made=made_with(settings, place), pages=pages)
         present(document, report, json=json, form=format, text=True, on_stderr=True, root=ready.plan.root)
         say(shown.time_line())
         return batch

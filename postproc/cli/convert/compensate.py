@@ -64,7 +64,7 @@ def run(
     with watching(f"correcting `{source.path}`", len(source.line_starts)) as watch:
         result = correct_program(sources, arm, options, watch, findings)
     show(named_files(result.diagnostics, sources))
-    show_result(Path(source.path).name, result, settings, report, certificate)
+    show_result(Path(source.path), result, settings, report, certificate)
     code = max(1, result.exit_code)
     if result.output is not None:
         names = (source.path, str(target or "compensated"))

@@ -108,23 +108,24 @@ def _say_changes(before: bytes, name: str, files: Sequence[tuple[Path | None, by
 
 
 def show_result(
-    name: str, result: Conversion, settings: Settings, report: Path | None, certificate: Path | None
+    program: Path, result: Conversion, settings: Settings, report: Path | None, certificate: Path | None
 ) -> None:
     """Print the result on stderr, and write the report and the certificate where their paths are given.
 
     Args:
-        name: of the program.
+        program: its file.
     """
     from postproc.results.convert.conversion import conversion_document
     from postproc.settings import made_with
 
-    present(conversion_document(name, result, made_with(settings)), report, on_stderr=True)
+    made = made_with(settings, program.parent)
+    present(conversion_document(program.name, result, made), report, on_stderr=True)
     if certificate is not None:
         from postproc.report.page import render_certificate
         from postproc.results.certificate import program_certificate
 
         files = [read_source(file) for file in settings.inputs if file is not None and Path(file).is_file()]
-        write(certificate, render_certificate(program_certificate(name, result, made_with(settings), files)))
+        write(certificate, render_certificate(program_certificate(program.name, result, made, files)))
 
 
 def say_missed(require: str | None, programs: Mapping[str, Values]) -> int:

@@ -72,7 +72,7 @@ def run(
     show(result.diagnostics)
     if result.outputs:
         write(output, result.outputs[module.path])
-    show_result(output.name, result, settings, report, certificate)
+    show_result(output, result, settings, report, certificate)
     if json:
         findings = [d.as_json() for d in doubts] + result.report["diagnostics"]
         print_document({**result.report, **settings.document(arm.robot.name), "diagnostics": findings})
