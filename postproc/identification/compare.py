@@ -187,9 +187,8 @@ def compare(model: Model, data: Measurements, *, noise: float | None = None) -> 
     error[list(fit.excluded)] = np.nan
     iso = iso9283(place[:, np.isfinite(place).any(axis=0)], fit.data.repeats)
     before = None if frame is None else frame.vector()
-    moved = before is not None and fit.free["instrument_frame"].any()
-    try:
-        bound = fit_model(fit.model if moved else model, data, noise=noise).smooth_bound
+    try:  # as it was placed: a model without frames of its own would miss by where the instrument stands
+        bound = fit_model(fit.model, data, noise=noise).smooth_bound
     except PostprocError:  # too few rows for a fit
         bound = fit.smooth_bound
     return Comparison(fit, error, iso, residual_trends(fit), bound, before)

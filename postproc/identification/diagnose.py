@@ -15,7 +15,7 @@ from postproc.estimation.least_squares import fit_model
 from postproc.estimation.solving.rounding import with_judged_rounding
 from postproc.estimation.solving.settle import settled
 from postproc.identification.curves.families import curve_forms
-from postproc.identification.diagnosis import Diagnosis, Verdict, lacks_fit, too_few
+from postproc.identification.diagnosis import Diagnosis, Verdict, lacks_fit, shortage
 from postproc.identification.forecast import Forecast
 from postproc.identification.refits import refit_all, thinned, with_channels_of, without
 from postproc.identification.regions import SEARCHED_REGIONS, with_regions
@@ -91,7 +91,7 @@ def _diagnosed(
     missing = _validated(named.missing, final, last)
     curves = tuple(c.curve for c in searched.curves if c.curve is not None)
     # A few numbers for each parameter follow anything.
-    remaining = () if too_few(base) and not missing else _remaining(named, curves, bool(exceeds_noise))
+    remaining = () if shortage(base) and not missing else _remaining(named, curves, bool(exceeds_noise))
     quiet: Verdict = "complete" if exceeds_noise is False else "unknown"
     verdict: Verdict = "unknown" if remaining or exceeds_noise else "missing" if missing else quiet
     blind = {c.key: _why_blind(c) for c in first if c.visible < VISIBLE} | untestable

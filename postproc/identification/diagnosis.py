@@ -10,6 +10,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic
+from postproc.effects.roles import Role
 from postproc.estimation.findings import larger_noise, outlying_rows
 from postproc.estimation.fitted import Fit
 from postproc.estimation.problem import weighed_by
@@ -18,6 +19,7 @@ from postproc.identification.screen.candidate import Candidate
 from postproc.identification.screen.suspects import Suspect
 from postproc.measure.checks.repeats import scatters
 from postproc.measure.errors import CHANCE, chance_of_excess
+from postproc.measure.kinds.observed import kind_of
 
 Verdict = Literal["complete", "missing", "unknown"]
 
@@ -133,6 +135,35 @@ def law_of_suspect(fit: Fit, suspect: Suspect) -> list[str]:
     return list(suspect.effect(fit.problem.site, suspect_size(fit, suspect)).symbols())
 
 
-def too_few(fit: Fit) -> bool:
-    """Return whether there are fewer than three measured numbers per parameter: a fit then hides what is missing."""
-    return fit.freedom < 2 * len(fit.parameters)
+@dataclass(frozen=True)
+class Shortage:
+    """What a table lacks before it could show that something is missing.
+
+    Args:
+        parameters: that are fitted, without the unknowns of set-ups.
+        count: of further measurements. kind: of set-up that most rows have (`ReadingKind.column`), empty for poses.
+        item: what is to be measured, in the plural.
+    """
+
+    parameters: int
+    count: int
+    kind: str = ""
+    item: str = "poses"
+
+
+def shortage(fit: Fit) -> Shortage | None:
+    """Return what is lacking where there are fewer than three measured numbers per parameter; else None.
+
+    A fit then hides what is missing. The unknowns of set-ups are no parameters, and take as many numbers: of a gauge
+    every set-up of two readings has a zero of its own.
+    """
+    own = sum(not ((e := fit.model.effect(key)) and e.role is Role.SETUPS) for key, _ in fit.parameters)
+    if fit.freedom >= 2 * own:
+        return None
+    lacking = max(3 * own - (len(fit.problem.residual) - len(fit.parameters) + own), 1)
+    state = fit.data.state
+    kinds = [kind_of(name) for name in state.setup_of_rows.tolist() if name]
+    if not kinds:
+        return Shortage(own, int(np.ceil(lacking / 3)))
+    kind = max(kinds, key=kinds.count)
+    return Shortage(own, int(np.ceil(lacking / kind.each)), kind.column, kind.item)

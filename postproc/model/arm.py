@@ -71,6 +71,15 @@ class Model:
     priors: Mapping[str, StatedPrior] = field(default_factory=dict)
     surest: Model | None = None
 
+    @property
+    def measured_springs(self) -> tuple[int, ...]:
+        """Joints, from 1, whose compliance rows have told: the fit has it, and it does not stand at its prior."""
+        spring = self.in_role(Role.JOINT_SPRINGS)
+        if spring is None:
+            return ()
+        known = {*self.fit.get("parameters", ())} - {*self.fit.get("undetermined", ())}
+        return tuple(j + 1 for j, name in enumerate(spring.names()) if f"{spring.key}.{name}" in known)
+
     @cached_property
     def gravity(self) -> Array:
         """Return the gravity vector (3,) in base axes [m/s^2], from how the base stands in the world."""

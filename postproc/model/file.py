@@ -239,6 +239,7 @@ class ModelFile(FileTable):
     Args:
         robot: name of the library, or a TOML or URDF file beside this one.
         stiffness_source: where joint stiffness comes from.
+        measured_springs: joints whose compliance a fit has measured, for people; the others stand as those of the type.
         mounting: how its base stands in the world.
         tool: nominal tool where a program or a table names none.
         effects: one table for each effect, by its key.
@@ -250,6 +251,7 @@ class ModelFile(FileTable):
 
     robot: Annotated[str, Field(min_length=1)]
     stiffness_source: Literal["measured", "estimated", "controller", "user"] | None = None
+    measured_springs: list[Annotated[int, Field(ge=1, le=6)]] | None = None
     mounting: Mounting = Mounting()
     tool: _Tool = _Tool()
     effects: dict[str, dict[str, Any]] = {}

@@ -29,9 +29,11 @@ def render_model(model: Model, before: str = "") -> str:
 
     document = tomlkit.parse(before) if before else tomlkit.document()
     content: dict[str, Any] = {"robot": model.robot_name or model.robot.name}
-    fitted = any(str(name).startswith("joint_compliance.") for name in model.fit.get("parameters", []))
-    if fitted or model.stiffness_source:
-        content["stiffness_source"] = "measured" if fitted else model.stiffness_source
+    measured = list(model.measured_springs)
+    if measured or model.stiffness_source:
+        content["stiffness_source"] = "measured" if measured else model.stiffness_source
+    if 0 < len(measured) < 6 or "measured_springs" in document:
+        content["measured_springs"] = measured
     content |= _frames(model, document)
     if model.station is not None and model.station.joints and "external_axes" not in document:
         content["external_axes"] = stated_axes(model.station)

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from postproc.estimation.fitted import Fit  # a conversion words no fit
 
 SMOOTH_FUNCTIONS = "smooth functions of all columns"
+CHANNEL = "a recorded column, or what follows from it: load2 is the torque on joint 2"
+"""What a channel is, where people first meet the word."""
 SINGLY = 48  # parameters of one effect that are told one by one
 BODIES = 7  # an array with one entry for each body counts them from the pedestal, 0
 

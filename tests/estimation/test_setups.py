@@ -13,6 +13,7 @@ from postproc.effects.registry import effect_library
 from postproc.estimation.fitted import Fit
 from postproc.estimation.recorded import expected_remaining, recorded_model, silent
 from postproc.identification.add import fit_effects
+from postproc.identification.diagnosis import shortage
 from postproc.identification.predict import Prediction, predict_rows
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.table import read_measurements
@@ -51,6 +52,18 @@ def fitted(rows: Rows, s: Shop, effects: tuple[str, ...] = BASE) -> Fit:
 def predicted(model: Model, rows: Rows, s: Shop) -> Prediction:
     """What a model says of rows that nobody has read."""
     return predict_rows(model, read(rows, s, measured=False))
+
+
+def test_a_short_table_lacks_set_ups_of_a_gauge_or_touches_of_a_tip() -> None:
+    """A set-up of a gauge has two readings and a zero; a tip three unknowns, and each touch three numbers."""
+    s, g = an_arm(), np.random.default_rng(SEED)
+    tables = [(gauges(g, s, 3), 3, 1, "set-ups"), (tips(g, s, each=5), 3 * 5 - 3, 3, "touches")]
+    for rows, numbers, each, item in tables:
+        fit = fitted(rows, s, ("joint_offset", "joint_compliance"))
+        known = sum(key != "setup" for key, _ in fit.parameters)
+        lacking = shortage(fit)
+        assert lacking is not None and lacking.parameters == known and lacking.item.startswith(item)
+        assert lacking.count == -(-(3 * known - numbers) // each) > 0
 
 
 def test_twelve_gauge_readings_tell_the_change_under_load_anywhere() -> None:

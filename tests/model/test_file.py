@@ -157,5 +157,6 @@ def test_a_model_file_keeps_where_its_stiffness_comes_from():
     assert 'stiffness_source = "estimated"' in render_model(model, text)
     fitted = replace(model, fit={"parameters": ["joint_compliance.compliance_rad_per_Nm[2]"], "covariance": ["1e-14"]})
     assert 'stiffness_source = "measured"' in render_model(fitted, text)
+    assert "measured_springs = [2]" in render_model(fitted, text)
     assert default_model("irb4600_60_205").stiffness_source == "measured"
     assert default_model("irb1200_5_09").stiffness_source == "estimated"

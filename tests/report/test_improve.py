@@ -17,6 +17,7 @@ from postproc.model.arm import Model
 from postproc.model.file import default_model
 from postproc.report.drawing.residuals import suspect_chart
 from postproc.report.page import render_certificate, render_page
+from postproc.report.terminal import render_text
 from postproc.results.certificate import arm_certificate
 from postproc.results.improve.addition import addition_document
 from postproc.results.improve.comparison import comparison_document, comparison_values
@@ -83,13 +84,20 @@ def test_a_comparison_shows_each_channel_where_it_tells_most() -> None:
 def test_a_comparison_says_what_a_function_without_physics_could_do() -> None:
     addition, data = added("backlash"), sample(BACKLASH)[1]
     texts = [
-        (default_model(), "No free function of the channels does much better; "),
-        (addition.ladder[0].model, "A free function of the channels, without physics, brings it to "),
+        (addition.ladder[0].model, "A smooth function of all columns, without physics, brings it to "),
         (addition.fit.model, "What is left is of the size of the noise."),
     ]
     for model, text in texts:
         page = render_page(comparison_document("cell.csv", compare(model, data)))
         assert [each for _, each in texts if each in page] == [text]
+
+
+def test_smooth_functions_cannot_do_worse_where_a_model_has_no_frames() -> None:
+    """The arm of the library says nothing of instrument and tool: they are placed, as for the figures of the model."""
+    data = sample(BACKLASH)[1]
+    framed, bare = compare(added("backlash").ladder[0].model, data), compare(default_model(), data)
+    assert bare.bound == pytest.approx(framed.bound, rel=0.1)
+    assert "each channel (a recorded column, or what follows from it" in render_text(comparison_document("t", bare))
 
 
 def test_the_certificate_of_an_arm_has_its_accuracy_and_repeatability() -> None:

@@ -22,7 +22,7 @@ def run(
     json: CheckFlag = False,
     text: TextFlag = False,
 ) -> int:
-    """Compare a model with measurements: figures, the worst poses, the residual against every channel.
+    """Compare a model with measurements: figures, the worst poses, the residual against every column.
 
     Args:
         json: print the postproc/compare/1 document.

@@ -14,6 +14,7 @@ from postproc.cli.printing import say_next, show
 from postproc.cli.progress import watching
 
 if TYPE_CHECKING:
+    from postproc.channels.state import State
     from postproc.identification.diagnosis import Diagnosis
 
 
@@ -57,7 +58,8 @@ def _say_further(diagnosis: Diagnosis, question: Question) -> None:
     Args:
         question: model, tables and their options, as diagnosed.
     """
-    from postproc.identification.diagnosis import too_few
+    from postproc.identification.diagnosis import shortage
+    from postproc.identification.planning.setups import SHOP
     from postproc.results.improve.sentences import of_little_worth, to_record
 
     model, data, arm, table = question
@@ -75,8 +77,22 @@ def _say_further(diagnosis: Diagnosis, question: Question) -> None:
             pair = ("--between", f"{m.key},{other}")
             words = (model, *data, *pair, *same, "-o", "POSES.csv")
             say_next("says which poses would tell them apart", "plan", *words, lead="or")
-    if (diagnosis.verdict == "complete" or diagnosis.untold) and too_few(diagnosis.base):
+    lacking = shortage(diagnosis.base) if diagnosis.verdict == "complete" or diagnosis.untold else None
+    if lacking is not None and lacking.kind in SHOP:
+        loads = _loads(diagnosis.base.data.state) if lacking.kind == "gauge" else []
+        words = ("--kind", lacking.kind, *loads, "-n", lacking.count, *arm.words(), "-o", "MORE.csv")
+        say_next("chooses them", "plan", model, *words)
+    elif lacking is not None:
         say_next("chooses them", "plan", model, *data, *same, "-o", "POSES.csv")
     elif diagnosis.verdict == "complete":
         words = ("compensate", "PROGRAM", "-m", model, *ArmOptions(effects=arm.effects).words(), "-o", "OUT")
         say_next("corrects a program with this model", *words)
+
+
+def _loads(state: State) -> list[object]:
+    """Return the options of a plan that state the heaviest payload and the strongest pull of some rows."""
+    import numpy as np
+
+    mass = 0.0 if state.payload_mass is None else float(np.nanmax(state.payload_mass, initial=0.0))
+    pull = 0.0 if state.wrench is None else float(np.nanmax(np.abs(state.wrench[:, :3]), initial=0.0))
+    return [*(["--load", f"{mass:g}"] if mass else []), *(["--pull", f"{pull:g}"] if pull else [])]

@@ -73,7 +73,7 @@ class ReadingKind(ABC):
         point, plane, zero: which unknowns a set-up has; zero_may_open: whether a column map may free its zero.
         noise: standard deviation [m] where nobody states one.
         touches: whether rows hold the TCP to one place or plane. each: numbers a row has.
-        lasting: whether another table may come back to a set-up.
+        lasting: whether another table may come back to a set-up. item: what is measured once more, in the plural.
     """
 
     column: ClassVar[str]
@@ -86,6 +86,7 @@ class ReadingKind(ABC):
     touches: ClassVar[bool] = False
     each: ClassVar[int] = 1
     lasting: ClassVar[bool] = True
+    item: ClassVar[str] = "touches"
 
     @abstractmethod
     def read(self, seen: Seen) -> Read:

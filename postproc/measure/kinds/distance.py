@@ -18,6 +18,7 @@ class Distance(ReadingKind):
     reading = ("distance_mm",)
     point = zero_may_open = True
     noise = 2e-5
+    item = "distances"
 
     def read(self, seen: Seen) -> Read:
         """Return |p - c| - b (m, 1)."""
@@ -52,6 +53,7 @@ class Between(ReadingKind):
     column = "from"
     reading = ("distance_mm",)
     zero = True
+    item = "distances"
     noise = 2e-5
     lasting = False
 

@@ -12,6 +12,7 @@ from postproc.compensation.judgement.accuracy import Accuracy, remaining_deflect
 from postproc.compensation.judgement.figures import CLAUSES
 from postproc.diagnostics import Diagnostic, Matter, joined
 from postproc.effects.registry import effect_library
+from postproc.model.arm import Model
 from postproc.model.uncertainty.undetermined import PULLING_POSES, Undetermined
 from postproc.numbers import on_arm_text
 from postproc.report.blocks import Tone, Values
@@ -45,7 +46,7 @@ def conclusion(conversion: Conversion) -> tuple[Tone, list[str]]:
     lines += _not_in_figures(values)
     if values["figures"]:
         accuracy = None if conversion.judged is None else conversion.judged.accuracy
-        lines += _how_sure(values, conversion.diagnostics, accuracy)
+        lines += _how_sure(values, conversion.diagnostics, accuracy, conversion.model)
     return tone, lines
 
 
@@ -93,7 +94,9 @@ def _not_in_figures(values: Values) -> list[str]:
     return lines
 
 
-def _how_sure(values: Values, findings: Iterable[Diagnostic], accuracy: Accuracy | None) -> list[str]:
+def _how_sure(
+    values: Values, findings: Iterable[Diagnostic], accuracy: Accuracy | None, model: Model | None = None
+) -> list[str]:
     """Return lines on how well the model knows this arm, and on the cheapest measurement that tells more."""
     text, advice = remaining_deflection(values)
     if text:
@@ -104,6 +107,9 @@ def _how_sure(values: Values, findings: Iterable[Diagnostic], accuracy: Accuracy
         return [f"{text[0].upper()}{text[1:]}."]
     size = f"{known['within_95_percent_mm']:.{decimals(values)}f} mm"
     sure = f"At the least certain target the fitted model itself is sure to {size} (95 %)."
+    if model is not None and 0 < len(measured := model.measured_springs) < 6:
+        joints = f"joint{'s' * (len(measured) > 1)} {joined([str(joint) for joint in measured])}"
+        sure += f" Measured are the springs of {joints}; the others stand as those of the arm's type."
     if known["beyond_range"]:
         return [sure, "The program leaves the range that was measured: what is expected there is a guess."]
     return [sure, *(_undetermined(accuracy) if accuracy else [])]

@@ -17,17 +17,17 @@ from postproc.report.drawing.laws import law_charts, laws_of
 from postproc.report.drawing.residuals import channel_sections
 from postproc.report.drawing.steps import Rung, steps_data
 from postproc.results.improve.fit import excluded_rows, noise_values
-from postproc.results.wording import SMOOTH_FUNCTIONS
+from postproc.results.wording import CHANNEL, SMOOTH_FUNCTIONS
 
-FOLLOWS = (
+RESIDUAL_NOTE = (
     "The channels that stand out. Points: each pose, less the mean; lines: means with their standard errors; rings: "
     "the worst poses; grey: twice the noise."
 )
 GREY = (
-    "Grey: what a smooth function of all channels, without physics, reaches on rows that it has not seen. "
+    "Grey: what a smooth function of all columns, without physics, reaches on rows that it has not seen. "
     "An effect that jumps can do better."
 )
-FOLLOWS = "What the residual follows: share of its variance that each channel explains alone, above chance"
+FOLLOWS = f"What the residual follows: share of its variance that each channel ({CHANNEL}) explains alone, above chance"
 WITHIN = {"50": "half", "95": "95 %", "99": "99 %"}  # shares of the poses by their percentile
 WORST, FOLLOWED = 5, 8
 """Worst poses, and channels that the residual follows, that a terminal prints."""
@@ -146,7 +146,7 @@ def workspace_section(observed: str, title: str, program: bool = False) -> list[
         observed: what was measured: ``position``, ``orientation`` or ``joint``. title: of the section.
         program: also show six poses as targets of a program, as each step of the model would correct them.
     """
-    return [Section(title, [View("program" if program else "charts")], FOLLOWS)] if observed == "position" else []
+    return [Section(title, [View("program" if program else "charts")], RESIDUAL_NOTE)] if observed == "position" else []
 
 
 def steps_scene(observed: str, steps: Callable[[], Values], several: bool = False) -> Scene:
@@ -181,7 +181,7 @@ def _sentence(comparison: Comparison, values: Values) -> str:
 
 
 def _without_physics(error: float, bound: float, noise: float | None, unit: str) -> str:
-    """Say whether the error is only noise; else, how far a smooth function of the channels would lower it.
+    """Say whether the error is only noise; else, how far a smooth function of all columns would lower it.
 
     Args:
         error, bound, noise: rms of the model, of a smooth function on held-out rows, and of the noise, in ``unit``;
@@ -191,9 +191,9 @@ def _without_physics(error: float, bound: float, noise: float | None, unit: str)
         return "What is left is of the size of the noise."
     if bound > 0.9 * error:
         others = "`postproc diagnose` also looks for steps, waves and lost motion"
-        return f"No free function of the channels does much better; {others}."
+        return f"No smooth function of all columns does much better; {others}."
     lowered = f"brings it to {bound:.3f} {unit} on rows that it has not seen"
-    return f"A free function of the channels, without physics, {lowered}."
+    return f"A smooth function of all columns, without physics, {lowered}."
 
 
 def _figures(values: Values, comparison: Comparison) -> list[DataTable]:

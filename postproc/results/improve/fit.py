@@ -7,7 +7,7 @@ from itertools import chain
 
 import numpy as np
 
-from postproc.diagnostics import Diagnostic
+from postproc.diagnostics import Diagnostic, joined
 from postproc.effects.roles import Role
 from postproc.estimation.findings import MOST_ROWS_NAMED, cautions
 from postproc.estimation.fitted import Fit
@@ -31,6 +31,10 @@ CORRELATED = (
     "other tell them apart (`postproc plan`)."
 )
 PAIR_COLUMNS = ("parameter", "with", "correlation", "what these rows tell")
+AT_BOUND = (
+    "That is noise, and nothing is to be done, where `postproc diagnose` finds nothing missing; else what is missing "
+    "acts there"
+)
 REMAINING = (
     "Of the deflection under these loads {} was expected to remain after a correction with the stiffness of the arm's "
     "type; with this model it is {}. Of that by the loads alone, without the weight of the links, it was {} and is {}"
@@ -101,8 +105,12 @@ def undetermined_sentences(fit: Fit) -> list[str]:
                 f"The rows say little of {'; of '.join(texts)}, drawn towards what was known before ({source})"
             )
     fixed = [name for name in not_identifiable(fit) if name not in open_]
-    kinds = (("Not determined by this data and held", fixed), ("Stopped at a bound", fit.at_bound))
-    lines += [f"{what}: {parameters_text(fit, which)}" for what, which in kinds if which]
+    if fixed:
+        lines.append(f"Not determined by this data and held: {parameters_text(fit, fixed)}")
+    if fit.at_bound:
+        values = {(key, i): text for key in {key for key, _ in fit.at_bound} for i, text in known_values(fit, key)}
+        stopped = joined([values.get(name) or parameters_text(fit, [name]) for name in fit.at_bound])
+        lines.append(f"At the end of the range, beyond which the rows alone would go: {stopped}. {AT_BOUND}")
     return lines
 
 

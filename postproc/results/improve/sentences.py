@@ -10,7 +10,7 @@ from postproc.diagnostics import joined
 from postproc.estimation.solving.smooth import effective_parameters
 from postproc.estimation.validation.regions import Regions
 from postproc.estimation.validation.residual_split import SLOW
-from postproc.identification.diagnosis import Diagnosis, suspect_size, too_few
+from postproc.identification.diagnosis import Diagnosis, shortage, suspect_size
 from postproc.identification.screen.candidate import Candidate
 from postproc.identification.screen.suspects import Suspect
 from postproc.measure.errors import rms
@@ -57,12 +57,13 @@ def _noise(d: Diagnosis) -> str:
 def _complete_text(d: Diagnosis) -> str:
     """Say that nothing is missing, or that this data does not tell whether anything is."""
     error = f"{1e3 * d.base.held_out_rms:.3f} {_unit(d)} on rows the fit has not seen"
-    if too_few(d.base):
-        count, parameters = len(d.base.problem.residual), len(d.base.parameters)
-        return (
-            f"Too few poses to tell: {count} measured numbers for {parameters} parameters. Nothing stands out, but "
-            f"hardly anything could; measure {-(-(3 * parameters - count) // 3)} more poses at least."
-        )
+    if (lacking := shortage(d.base)) is not None:
+        few = f"Too few {'readings' if lacking.kind else 'poses'} to tell: {len(d.base.problem.residual)} measured "
+        few += f"numbers for {lacking.parameters} parameters"
+        if own := len(d.base.parameters) - lacking.parameters:
+            few += f" and {own} unknown number{'s' * (own != 1)} of set-ups"
+        further = f"measure {lacking.count} more {lacking.item} at least"
+        return f"{few}. Nothing stands out, but hardly anything could; {further}."
     if d.verdict != "complete":
         return (
             f"Nothing stands out, but this data cannot tell whether what is left ({error}) is noise: {_would_tell(d)}."
