@@ -16,7 +16,7 @@ from postproc.rapid.evaluation.accessor import unbound_frame
 from postproc.rapid.evaluation.assign import forget
 from postproc.rapid.evaluation.memory import LOST, Memory
 from postproc.rapid.evaluation.state import AT_START, start_without
-from postproc.rapid.execution.all_ways import MAX_STEPS, AllWays
+from postproc.rapid.execution.abstract_interpreter import MAX_STEPS, AbstractInterpreter
 from postproc.rapid.execution.interpreter import AddedMotions
 from postproc.rapid.execution.path_splitting import Choice, Place, SplitBranches, combinations
 from postproc.rapid.motions.doubts import assume_wrist, rough_frames, rough_orientations
@@ -84,7 +84,7 @@ def walk_program(program: Program, entry: str | None = None, added: AddedMotions
     return Walk(events, (*findings, *flips, *rough_orientations(events), *rough_frames(program)))
 
 
-def _followed(program: Program, started: Sequence[Routine], added: AddedMotions | None) -> AllWays:
+def _followed(program: Program, started: Sequence[Routine], added: AddedMotions | None) -> AbstractInterpreter:
     """Run the given routines in turn, once for every combination of arms of branches that decide data motions need.
 
     If the combinations or steps would be too many, no arm is chosen; the data is then unknown.
@@ -93,22 +93,22 @@ def _followed(program: Program, started: Sequence[Routine], added: AddedMotions 
         What ran them, with the events and findings of all runs.
     """
     branches: dict[Place, tuple[int, ...]] = {}
-    ways, met = combinations(branches), dict[Place, Choice]()
+    path_choices, met = combinations(branches), dict[Place, Choice]()
     while True:
-        run = AllWays(program, added)
-        for forced in ways or [{}]:
+        run = AbstractInterpreter(program, added)
+        for forced in path_choices or [{}]:
             run.choices = SplitBranches(forced, met)
             for routine in started:
                 run.findings.taught_ends(_start(run, routine, AT_START))
-        undecided = run.choices.lacking(run.recorder.events) if ways else {}
+        undecided = run.choices.lacking(run.recorder.events) if path_choices else {}
         if not undecided:
             run.choices = SplitBranches()
             return run
         branches |= undecided
-        one = (run.steps + run.spare) // len(ways)
-        ways = combinations(branches)
-        if one * len(ways) > MAX_STEPS:
-            ways = []  # of a long program what they set is not known
+        one = (run.steps + run.spare) // len(path_choices)
+        path_choices = combinations(branches)
+        if one * len(path_choices) > MAX_STEPS:
+            path_choices = []  # of a long program what they set is not known
 
 
 def forgiven(finding: Diagnostic) -> Diagnostic:
@@ -116,7 +116,7 @@ def forgiven(finding: Diagnostic) -> Diagnostic:
     return replace(finding, severity="warning") if finding.severity == "error" else finding
 
 
-def _follow_unreached(run: AllWays, unknown: Mapping[str, Data]) -> None:
+def _follow_unreached(run: AbstractInterpreter, unknown: Mapping[str, Data]) -> None:
     """Follow traps and handlers, then routines with motions or calls that have not been reached.
 
     Args:
@@ -132,7 +132,7 @@ def _follow_unreached(run: AllWays, unknown: Mapping[str, Data]) -> None:
             _finish(run, routine, _start(run, routine, unknown, routine.key in run.entered and not incomplete))
 
 
-def _marked(run: AllWays) -> list[MotionEvent]:
+def _marked(run: AbstractInterpreter) -> list[MotionEvent]:
     """The recorded events, marked if their statement also runs, to other targets, on ways that are not followed.
 
     Numbers in them whose values differ on those ways are left out.
@@ -149,7 +149,7 @@ def _marked(run: AllWays) -> list[MotionEvent]:
     return events
 
 
-def _unshared(run: AllWays) -> dict[StatementKey, set[str]]:
+def _unshared(run: AbstractInterpreter) -> dict[StatementKey, set[str]]:
     """By statement key, names of numbers in its arguments whose values on ways not followed occur in no event.
 
     No correction may depend on them.
@@ -167,7 +167,7 @@ def _unshared(run: AllWays) -> dict[StatementKey, set[str]]:
     return unshared
 
 
-def _start(run: AllWays, routine: Routine, state: Mapping[str, Data], supposed: bool = False) -> Memory:
+def _start(run: AbstractInterpreter, routine: Routine, state: Mapping[str, Data], supposed: bool = False) -> Memory:
     """Run a routine as if it were started from outside, with unknown parameters, and return the memory at its end.
 
     Args:
@@ -180,7 +180,7 @@ def _start(run: AllWays, routine: Routine, state: Mapping[str, Data], supposed: 
     return memory
 
 
-def _memory(run: AllWays, routine: Routine, state: Mapping[str, Data]) -> Memory:
+def _memory(run: AbstractInterpreter, routine: Routine, state: Mapping[str, Data]) -> Memory:
     """Memory before a routine is started from outside; ``--taught`` data that may be written is as in its file.
 
     Args:
@@ -197,7 +197,7 @@ def _memory(run: AllWays, routine: Routine, state: Mapping[str, Data]) -> Memory
     return memory
 
 
-def _interrupt(run: AllWays, routine: Routine, state: Mapping[str, Data]) -> None:
+def _interrupt(run: AbstractInterpreter, routine: Routine, state: Mapping[str, Data]) -> None:
     """Follow the handlers of a routine (of a trap also its body) that move the arm, with all written data unknown.
 
     Args:
@@ -212,7 +212,7 @@ def _interrupt(run: AllWays, routine: Routine, state: Mapping[str, Data]) -> Non
         run.body(body, memory)
 
 
-def _finish(run: AllWays, routine: Routine, memory: Memory) -> None:
+def _finish(run: AbstractInterpreter, routine: Routine, memory: Memory) -> None:
     """Record each motion of a routine that has no event yet, on its own, with written data and arm position unknown."""
     forget(memory, run.changes.everything, Kind.UNCERTAIN)
     for statement in statements_of(routine):
@@ -225,7 +225,7 @@ def _finish(run: AllWays, routine: Routine, memory: Memory) -> None:
         run.statement(statement, memory)
 
 
-def _unreached(run: AllWays, routine: Routine) -> Iterator[Statement]:
+def _unreached(run: AbstractInterpreter, routine: Routine) -> Iterator[Statement]:
     """Motion statements of a routine, in text order, that have no event yet."""
     path, known = routine.source.path, run.program.motions
     for statement in statements_of(routine):

@@ -98,7 +98,7 @@ class Recorder:
             events.append(event)
         else:
             if self.last == NOWHERE or memory.ends != {self.last}:
-                self._go_by_all_ways(event, memory.ends)
+                self._go_by_all_paths(event, memory.ends)
             else:  # as nearly all do: on from the motion before
                 events.append(event)
             self.last = len(events) - 1
@@ -195,7 +195,7 @@ class Recorder:
             ends_at_place.append(end)
         return frozenset(kept)
 
-    def _go_by_all_ways(self, event: MotionEvent, ends: frozenset[int]) -> None:
+    def _go_by_all_paths(self, event: MotionEvent, ends: frozenset[int]) -> None:
         """Append the event once for each of the last ``MOST_STARTS`` places from which the arm may come.
 
         Args:

@@ -1,4 +1,4 @@
-"""All ways through a program at once: where it is not known which is taken, what they leave different is not known.
+"""All paths of control through a program at once: data that they leave different is not known behind their join.
 
 Branches are followed arm by arm, and meet again. Loops run turn by turn where the text tells how many turns there are,
 else once for all turns.
@@ -37,8 +37,8 @@ MAX_IDLE_TURNS = 300  # of one loop that moves nothing
 MAX_TRIALS = 4  # turns to find out what every turn of a loop leaves as it was; after them all it changes is unknown
 
 
-class AllWays(Interpreter):
-    """Follows all ways through a program; the ``recorder`` keeps every motion as an event.
+class AbstractInterpreter(Interpreter):
+    """Follows all paths of control through a program; the ``recorder`` keeps every motion as an event.
 
     Args:
         entered: keys of the routines that have been entered.
@@ -94,10 +94,10 @@ class AllWays(Interpreter):
         exits = memory.frame.exits
         if not exits:
             return None
-        ways = [*([Exit(memory.changed, memory.ends)] if reached else ()), *exits]
-        memory.changed = joined([way.changed for way in ways if way.goes_on] or [memory.changed], self.program)
-        memory.ends = self.recorder.either(*(way.ends for way in ways))
-        values = [way.value for way in exits if way.value is not None]
+        paths = [*([Exit(memory.changed, memory.ends)] if reached else ()), *exits]
+        memory.changed = joined([path.changed for path in paths if path.goes_on] or [memory.changed], self.program)
+        memory.ends = self.recorder.either(*(path.ends for path in paths))
+        values = [path.value for path in exits if path.value is not None]
         return Unknown(Kind.RESULT_UNDECIDED) if len(values) > 1 else next(iter(values), None)
 
     def body(self, statements: Sequence[Statement], memory: Memory) -> bool:
@@ -205,7 +205,7 @@ class AllWays(Interpreter):
         if place in self.choices.forced and self.may_take(statement, self.choices.forced[place], memory):
             return self.forced(statement, place, memory)
         self.findings.relied_on(statement, memory)
-        ways, arms, exits = list[Memory](), dict[int, dict[str, Data] | None](), memory.frame.exits
+        paths, arms, exits = list[Memory](), dict[int, dict[str, Data] | None](), memory.frame.exits
         out, uncertain = len(exits), False
         subject = self.subject(statement, memory)
         for arm, branch in enumerate(statement.branches):
@@ -215,10 +215,10 @@ class AllWays(Interpreter):
             if verdict is True and not uncertain:
                 return self.body(branch.body, memory)
             uncertain = True
-            way, exits_before = memory.branch(), len(exits)
-            if self.body(branch.body, way):
-                ways.append(way)
-                arms[arm] = way.changed
+            path, exits_before = memory.branch(), len(exits)
+            if self.body(branch.body, path):
+                paths.append(path)
+                arms[arm] = path.changed
             elif returned := [exit_ for exit_ in exits[exits_before:] if exit_.goes_on]:
                 arms[arm] = returned[-1].changed
             if verdict is True:
@@ -226,15 +226,15 @@ class AllWays(Interpreter):
         else:
             if not uncertain:
                 return True
-            ways.append(memory)  # none of the conditions holds
+            paths.append(memory)  # none of the conditions holds
             arms[len(statement.branches)] = None
         if not memory.trial and len(arms) > 1:
-            self.choose(statement, arms, any(way.goes_on for way in exits[out:]), memory)
-        if not ways:
+            self.choose(statement, arms, any(path.goes_on for path in exits[out:]), memory)
+        if not paths:
             return False
-        conditional = [way.conditional - 1 for way in ways if way is not memory]
-        memory.ends = self.recorder.either(*(way.ends for way in ways))
-        memory.changed = joined([way.changed for way in ways], self.program)
+        conditional = [path.conditional - 1 for path in paths if path is not memory]
+        memory.ends = self.recorder.either(*(path.ends for path in paths))
+        memory.changed = joined([path.changed for path in paths], self.program)
         memory.conditional = max([memory.conditional, *conditional])
         parameters = (k for k in self.changes.of_one(statement, memory.frame.routine) if k.startswith("%"))
         forget(memory, parameters, Kind.UNDECIDED)
