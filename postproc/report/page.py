@@ -19,7 +19,7 @@ from postproc.report.drawing.charts import bars
 SCRIPTS = {
     "": ("base", "table"),
     "steps": ("vendor/three.min", "space", "arm", "steps"),
-    "path": ("vendor/three.min", "vendor/uplot.min", "space", "arm", "course", "path"),
+    "path": ("vendor/three.min", "vendor/uplot.min", "space", "arm", "course", "path_scene", "path"),
     "programs": ("programs",),
     "differences": ("vendor/three.min", "space", "differences"),
 }

@@ -13,6 +13,24 @@ function element(tag, attributes = {}, ...children) {
 
 const button = (text, onclick, attributes = {}) => element("button", { type: "button", onclick, ...attributes }, text);
 
+/** An entry of a legend, with the mark of a class. */
+const entry = (name, text) => element("span", {}, element("i", { class: name }), text);
+
+/** A slider of how many times as large as it is something is drawn, two decades to both sides of what is usual; draw(times) draws it. */
+function magnifier(text, label, usual, draw, least = 0) {
+  const out = element("output"), range = element("input", { type: "range", min: "0", max: "100", "aria-label": `how many times as large the ${label} drawn` });
+  const show = (times) => { draw(times); out.textContent = times === 1 ? "as it is" : `${thousands(times)} times as large`; };
+  const first = address.number("times") || usual;
+  range.value = 50 + 25 * Math.log10(first / usual);
+  range.addEventListener("input", () => {
+    const times = Math.max(least, oneDigit(usual * 10 ** ((range.value - 50) / 25)));
+    address.set("times", times);
+    show(times);
+  });
+  show(first);
+  return element("label", {}, text, range, out);
+}
+
 /** Buttons of which one is pressed; choose(name) is called with its name. */
 function switchOf(label, names, pressed, choose) {
   const group = element("span", { class: "buttons", role: "group", "aria-label": label });
@@ -22,10 +40,7 @@ function switchOf(label, names, pressed, choose) {
   return group;
 }
 
-function data(id) {
-  const found = document.getElementById(id);
-  return found ? JSON.parse(found.textContent) : null;
-}
+const data = (id) => JSON.parse(document.getElementById(id)?.textContent ?? "null");
 
 /** Numbers of a column that Python packed: single precision, whole numbers, or two bytes between two limits. */
 function numbers(column) {
@@ -38,18 +53,19 @@ function numbers(column) {
   return values;
 }
 
-/** One of several numbers that stand beside each other in every row. */
-function component(values, width, k) {
-  return Float32Array.from({ length: values.length / width }, (_, i) => values[i * width + k]);
+/** Ends of the lines that lead to some places, each from the one before. */
+function linesTo(places, rows) {
+  const ends = new Float32Array(6 * rows.length);
+  rows.forEach((i, k) => ends.set(places.subarray(3 * i - 3, 3 * i + 3), 6 * k));
+  return ends;
 }
 
-function lengths(vectors) {
-  return Float32Array.from({ length: vectors.length / 3 }, (_, i) =>
-    Math.hypot(vectors[3 * i], vectors[3 * i + 1], vectors[3 * i + 2]));
-}
+const upTo = (n) => Array.from({ length: n }, (_, i) => i);
+const lengths = (vectors) => Float32Array.from({ length: vectors.length / 3 }, (_, i) => Math.hypot(vectors[3 * i], vectors[3 * i + 1], vectors[3 * i + 2]));
 
 const largest = (values) => values.reduce((most, value) => (value > most ? value : most), 0);
 const thousands = (x) => x.toLocaleString("en");
+const oneDigit = (x) => Number(x.toPrecision(1));
 const short = (x) => String(Number(x.toPrecision(4)));
 /** Decimals of figures that are judged by a tolerance or a noise: the last digit is a tenth of it. */
 const decimalsOf = (scale) => (scale > 0 ? Math.min(Math.max(Math.ceil(1 - Math.log10(scale) - 1e-9), 0), 6) : 3);
@@ -149,17 +165,13 @@ const fileName = (title) => title.toLowerCase().replace(/[^a-z0-9]+/g, "-").repl
 
 /** Draw when the window has another size or other colours, and on paper. */
 const drawn = [];
-function drawAgain(draw) { drawn.push(draw); }
-function drawAll() { for (const draw of drawn) draw(); }
-let waiting = 0;
-addEventListener("resize", () => { cancelAnimationFrame(waiting); waiting = requestAnimationFrame(drawAll); });
+const drawAgain = (draw) => drawn.push(draw);
+const drawAll = () => drawn.forEach((draw) => draw());
+addEventListener("resize", drawAll);
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", drawAll);
 addEventListener("beforeprint", () => { document.documentElement.classList.add("paper"); drawAll(); });
 addEventListener("afterprint", () => { document.documentElement.classList.remove("paper"); drawAll(); });
 const PAPER = 700; // pixels of the width of a sheet between its margins
 const onPaper = () => document.documentElement.classList.contains("paper");
 
-function announce(text) {
-  const live = document.getElementById("live");
-  if (live) live.textContent = text;
-}
+const announce = (text) => { document.getElementById("live").textContent = text; };

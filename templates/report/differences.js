@@ -3,107 +3,87 @@
 
 /** One path: places, and the vectors to them from the nearest places of the first path. */
 class OnePath {
-  constructor({ p, away, row, joined, stop }) {
-    Object.assign(this, { p: numbers(p), away: away ? numbers(away) : null, row, joined, stop, rows: row.map((_, i) => i) });
-  }
+  constructor({ p, away, ...others }) { Object.assign(this, { ...others, p: numbers(p), away: away && numbers(away), rows: upTo(others.row.length) }); }
 
   /** Whether a place is that of a target whose distance is known. */
   known(i) { return this.stop[i] !== this.stop[i + 1] && Number.isFinite(this.away[3 * i]); }
 
-  /** Places with the vectors from the first path drawn so many times as large. */
-  drawn(times) { return this.p.map((x, k) => (Number.isFinite(this.away[k]) ? x + (times - 1) * this.away[k] : x)); }
-
   /** Ends of the lines that lead to some places. */
-  lines(places, to) { return Float32Array.from(this.rows.filter((i) => i && this.joined[i] && to(i)).flatMap((i) => [...places.subarray(3 * i - 3, 3 * i + 3)])); }
+  lines(places, to) { return linesTo(places, this.rows.filter((i) => i && this.joined[i] && to(i))); }
 }
 
 class TwoPaths {
   constructor(host, packed, chosen, words) {
-    Object.assign(this, { a: new OnePath(packed.a), b: new OnePath(packed.b), chosen, words });
+    const a = new OnePath(packed.a), b = new OnePath(packed.b), every = [...a.p, ...b.p], far = Math.max(...lengths(b.away).filter(Number.isFinite), 1e-9);
+    Object.assign(this, { a, b, chosen, words, places: b.p });
     const space = this.space = new Space(host, { label: "Both paths in space, their distance drawn larger than it is.", near: (x, y) => this.near(x, y) });
     if (!space.works) return;
-    const far = Math.max(...lengths(this.b.away).filter(Number.isFinite), 1e-9), every = [...this.a.p, ...this.b.p];
-    const side = (k) => every.filter((_, i) => i % 3 === k), reach = Math.hypot(...[0, 1, 2].map((k) => Math.max(...side(k)) - Math.min(...side(k)))) || 1;
-    this.usual = far > 1e-8 ? Math.max(1, Number(((0.05 * reach) / far).toPrecision(1))) : 1;
-    const bundle = (color, width, opacity = 1) => { const made = space.lines(new Float32Array(6), { color, width, opacity }); space.scene.add(made); return made; };
-    this.drawn = { a: bundle("--joint", 2), between: bundle("--accent", 1.1, 0.6), b: bundle("--accent", 2) };
+    this.usual = far > 1e-8 ? Math.max(1, oneDigit((0.05 * diagonal(every)) / far)) : 1;
+    const bundle = (color, width, opacity = 1) => space.lines(new Float32Array(6), { color, width, opacity });
+    moveLines(bundle("--joint", 2), a.lines(a.p, () => true));
+    [this.between, this.second] = [bundle("--accent", 1.1, 0.6), bundle("--accent", 2)];
     [this.dot, this.tag] = [space.tag("dot"), space.tag()];
-    this.magnify(address.number("times") || this.usual);
     space.frame(every, [0.6, -0.8, 0.7]);
     space.recall();
   }
 
   magnify(times) {
-    this.times = times;
-    const { a, b } = this, places = this.places = b.drawn(times), differ = (path) => (i) => path.row[i] >= 0 || path.row[i - 1] >= 0;
-    const between = b.rows.filter((i) => b.known(i) && b.row[i] >= 0).flatMap((i) => [0, 1, 2, 3, 4, 5].map((k) => (k < 3 ? b.p[3 * i + k] - b.away[3 * i + k] : places[3 * i + k - 3])));
-    this.put("a", a.lines(a.p, () => true));
-    this.put("between", Float32Array.from(between));
-    this.put("b", b.lines(places, differ(b)));
+    const { b } = this, places = this.places = b.p.map((x, k) => (Number.isFinite(b.away[k]) ? x + (times - 1) * b.away[k] : x));
+    const ends = b.rows.filter((i) => b.known(i) && b.row[i] >= 0).flatMap((i) => [0, 1, 2, 3, 4, 5].map((k) => (k < 3 ? b.p[3 * i + k] - b.away[3 * i + k] : places[3 * i + k - 3])));
+    moveLines(this.between, Float32Array.from(ends));
+    moveLines(this.second, b.lines(places, (i) => b.row[i] >= 0 || b.row[i - 1] >= 0));
     this.show(this.chosen.value);
-  }
-
-  put(name, ends) {
-    const line = this.drawn[name], geometry = line.geometry.constructor;
-    line.visible = ends.length > 0;
-    if (!ends.length) return;
-    line.geometry.dispose();
-    line.geometry = new geometry();
-    line.geometry.setPositions(ends);
   }
 
   /** Ring where a difference is: in the second program, else in the first. */
   show(row) {
     if (!this.space.works) return;
-    let i = this.b.row.lastIndexOf(row), at = this.places;
-    if (i < 0) [i, at] = [this.a.row.lastIndexOf(row), this.a.p];
-    const known = row >= 0 && i >= 0;
-    for (const mark of [this.dot, this.tag]) Object.assign(mark, { shown: known, at: known ? [...at.subarray(3 * i, 3 * i + 3)] : [0, 0, 0] });
-    this.tag.text = known ? this.words(row) : "";
+    const [i, places] = [[this.b, this.places], [this.a, this.a.p]].map(([path, at]) => [path.row.lastIndexOf(row), at]).find(([k]) => k >= 0 && row >= 0) || [-1];
+    const at = i < 0 ? null : [...places.subarray(3 * i, 3 * i + 3)];
+    this.dot(at);
+    this.tag(at, at ? this.words(row) : "");
     this.space.later();
   }
 
   near(x, y) {
-    const { a, b, space } = this;
-    let i = space.nearest(this.places, b.rows.filter((k) => b.row[k] >= 0), x, y), row = b.row[i];
-    if (i < 0) { i = space.nearest(a.p, a.rows.filter((k) => a.row[k] >= 0), x, y); row = a.row[i]; }
-    return i < 0 ? null : { text: this.words(row), pick: () => this.chosen.set(row, "space") };
+    for (const [path, places] of [[this.b, this.places], [this.a, this.a.p]]) {
+      const row = path.row[this.space.nearest(places, path.rows.filter((k) => path.row[k] >= 0), x, y)];
+      if (row !== undefined) return { text: this.words(row), pick: () => this.chosen.set(row, "space") };
+    }
+    return null;
+  }
+
+  controls(host, legend, unknown) {
+    if (!this.space.works) { legend.remove(); return; }
+    host.append(this.space.buttons({ "both paths": () => this.space.frame([...this.a.p, ...this.places]) }), magnifier("distance", "distance is", this.usual, (times) => this.magnify(times), 1));
+    legend.append(entry("first", "first program"), entry("second", "second program, where it differs"),
+      ...(unknown ? [element("span", {}, `${unknown} targets are joint angles, or known at run time only: they are not drawn.`)] : []));
   }
 }
 
 /** Words of a text, those set apart that another text has not. */
 function marked(text, other) {
-  const words = (all) => all.split(/([,:\s\[\]]+)/), theirs = new Map();
-  for (const word of words(other)) theirs.set(word, (theirs.get(word) || 0) + 1);
+  const words = (all) => all.split(/([,:\s\[\]]+)/), others = words(other);
   return words(text).map((word) => {
-    const left = theirs.get(word) || 0;
-    theirs.set(word, left - 1);
-    return left > 0 || !/\w/.test(word) ? word : element("mark", {}, word);
+    const k = others.indexOf(word);
+    if (k >= 0) others.splice(k, 1);
+    return k >= 0 || !/\w/.test(word) ? word : element("mark", {}, word);
   });
 }
 
 /** What stands in one of the two programs: the statement, and where its target is if that is another place. */
 function sideOf(d, side) {
-  const [mine, other] = side ? ["text_b", "text_a"] : ["text_a", "text_b"], value = (of) => (of === "text_a" ? "a" : "b");
-  const first = d.arguments[0], text = d.what === "motion" ? d[mine] : d.kind === "changed" && first ? first[value(mine)] : (d.kind === "added") === Boolean(side) ? d.name : "";
-  const beside = d.what === "motion" ? d[other] : first ? first[value(other)] : "";
-  const at = (k) => d.position_mm && d.distance_mm > 0 ? `[${d.position_mm[k].map((x) => x.toFixed(3)).join(", ")}]` : "";
-  return { text, other: beside, at: at(side), otherAt: at(1 - side) };
+  const [first] = d.arguments, moved = d.what === "motion", here = (k) => (moved ? [d.text_a, d.text_b][k] : first ? [first.a, first.b][k] : "");
+  const at = (k) => (d.position_mm && d.distance_mm > 0 ? `[${d.position_mm[k].map((x) => x.toFixed(3)).join(", ")}]` : "");
+  const text = moved || (d.kind === "changed" && first) ? here(side) : (d.kind === "added") === Boolean(side) ? d.name : "";
+  return { text, other: here(1 - side), at: at(side), otherAt: at(1 - side) };
 }
 
-function showDifferences() {
-  const host = document.querySelector('[data-differences="table"]'), found = data("document"), packed = data("differences");
-  if (!host) return;
-  const every = found.differences || found.files.flatMap((file) => file.differences.map((d) => ({ ...d, file: file.path })));
-  const chosen = new Choice(-1), most = Math.max(...every.map((d) => d.distance_mm || 0), 1e-9);
-  const line = (d) => [d.line_a, d.line_b].filter((x, k) => x !== null && (k === 0 || x !== d.line_a)).join(" \u2192 ");
+function differenceTable(host, every, line, pick) {
+  const figure = (x, digits) => (x === null || x === undefined ? "" : fixed(x, digits)), some = (get) => every.some((d) => get(d)), most = Math.max(...every.map((d) => d.distance_mm || 0), 1e-9);
   const what = (d) => (d.what === "motion" ? d.kind : `${d.kind} ${d.what}`);
-  const fixed = (x, digits) => (x === null || x === undefined ? "" : x.toFixed(digits));
-  const bar = (d) => {
-    const made = element("div", { class: "amount" }, element("i", { style: `width: ${(100 * d.distance_mm) / most}%` }), element("span", {}, fixed(d.distance_mm, 3)));
-    if (d.shift_mm) made.title = `dx ${fixed(d.shift_mm[0], 3)}, dy ${fixed(d.shift_mm[1], 3)}, dz ${fixed(d.shift_mm[2], 3)} mm${d.at_circle_point ? ", at the circle point" : ""}`;
-    return made;
-  };
+  const bar = (d, text) => element("div", { class: "amount", title: d.shift_mm && `${["dx", "dy", "dz"].map((name, k) => `${name} ${figure(d.shift_mm[k], 3)}`).join(", ")} mm${d.at_circle_point ? ", at the circle point" : ""}` },
+    element("i", { style: `width: ${(100 * d.distance_mm) / most}%` }), element("span", {}, text));
   const also = (d) => [...(d.conf ? [`confdata [${d.conf[0]}] \u2192 [${d.conf[1]}]`] : []), ...(d.speed_mm_s ? [`speed ${d.speed_mm_s.join(" \u2192 ")} mm/s`] : []),
     ...(d.what === "motion" ? d.arguments.map((one) => `${one.role}: ${one.a || "-"} \u2192 ${one.b || "-"}`) : [])].join("; ");
   const statement = (side) => ({
@@ -113,46 +93,32 @@ function showDifferences() {
       return element("span", { class: "statement" }, ...marked(text, other), ...(at ? [" ", element("span", { class: "at" }, ...marked(at, otherAt))] : []));
     },
   });
-  const some = (get) => every.some((d) => get(d));
-  const table = new Table(host, [
+  const amount = (title, key, mark) => (some((d) => d[key]) ? [{ title, number: true, value: (d) => d[key], shown: (d) => figure(d[key], 3), mark }] : []);
+  return new Table(host, [
     ...(some((d) => d.file) ? [{ title: "file", value: (d) => d.file }] : []),
     { title: "line", value: (d) => d.line_b ?? d.line_a, shown: (d) => `${line(d)} ${what(d)} ${d.place}`, mark: (d) => element("span", {}, line(d), " ", element("span", { class: "place" }, what(d), " ", d.place)) },
-    ...(some((d) => d.distance_mm) ? [{ title: "moved by [mm]", number: true, value: (d) => d.distance_mm, shown: (d) => fixed(d.distance_mm, 3), mark: bar }] : []),
-    statement(0), statement(1),
-    ...(some((d) => d.angle_deg) ? [{ title: "turned by [deg]", number: true, value: (d) => d.angle_deg, shown: (d) => fixed(d.angle_deg, 3) }] : []),
+    ...amount("moved by [mm]", "distance_mm", bar), statement(0), statement(1), ...amount("turned by [deg]", "angle_deg"),
     ...(some(also) ? [{ title: "else", value: also }] : []),
-  ], every, { label: "differences", pick: (d, k) => chosen.set(k, "table") });
-  table.table.classList.add("differences");
+  ], every, { label: "differences", kind: "differences", pick });
+}
+
+function showDifferences() {
+  const place = (name) => document.querySelector(`[data-differences="${name}"]`), found = data("document"), packed = data("differences");
+  if (!place("table")) return;
+  const every = found.differences || found.files.flatMap((file) => file.differences.map((d) => ({ ...d, file: file.path }))), chosen = new Choice(-1);
+  const line = (d) => [...new Set([d.line_a, d.line_b])].filter((x) => x !== null).join(" \u2192 ");
   const words = (k) => `line ${line(every[k])}: ${every[k].distance_mm === null ? every[k].kind : `${fixed(every[k].distance_mm, 3)} mm`}`;
-  const place = (name) => document.querySelector(`[data-differences="${name}"]`);
+  const table = differenceTable(place("table"), every, line, (d, k) => chosen.set(k, "table"));
   const paths = place("space") && new TwoPaths(place("space"), packed, chosen, words);
+  paths?.controls(place("controls"), place("legend"), packed.a.unknown + packed.b.unknown);
   chosen.listen((k, from) => {
     paths?.show(k);
     if (from !== "table") table.show(k);
     announce(words(k));
     if (from !== "start") address.set("place", k);
   });
-  if (!every.length) return;
-  if (paths) magnification(place("controls"), place("legend"), paths, packed);
   const asked = address.number("place"), worst = every.reduce((best, d, k) => ((d.distance_mm || 0) > (every[best].distance_mm || 0) ? k : best), 0);
-  chosen.set(asked !== null && every[asked] ? asked : worst, "start");
-}
-
-function magnification(host, legend, paths, packed) {
-  if (!paths.space.works) { legend.remove(); return; }
-  const out = element("output", {}), times = element("input", { type: "range", min: "0", max: "100", "aria-label": "how many times as large the distance is drawn" });
-  times.value = 50 + 25 * Math.log10(paths.times / paths.usual);
-  const tell = () => { out.textContent = paths.times === 1 ? "as it is" : `${thousands(paths.times)} times as large`; };
-  times.addEventListener("input", () => {
-    paths.magnify(Math.max(1, Number((paths.usual * 10 ** ((times.value - 50) / 25)).toPrecision(1))));
-    address.set("times", paths.times);
-    tell();
-  });
-  tell();
-  host.append(paths.space.buttons({ "both paths": () => [[...paths.a.p, ...paths.places], null] }), element("label", {}, "distance", times, out));
-  const key = (name, text) => element("span", {}, element("i", { class: name }), text), unknown = packed.a.unknown + packed.b.unknown;
-  legend.append(key("first", "first program"), key("second", "second program, where it differs"),
-    ...(unknown ? [element("span", {}, `${unknown} targets are joint angles, or known at run time only: they are not drawn.`)] : []));
+  if (every.length) chosen.set(every[asked ?? -1] ? asked : worst, "start");
 }
 
 showDifferences();

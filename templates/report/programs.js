@@ -7,51 +7,43 @@ const DECADES = 5; // at most, below the largest length
 class LengthAxis {
   constructor(lengths) {
     const known = lengths.filter((x) => x > 0), most = Math.max(...known, 1e-3);
-    this.high = Math.ceil(Math.log10(most) - 1e-9);
-    this.low = Math.max(Math.floor(Math.log10(Math.min(...known, most))), this.high - DECADES);
-    this.high = Math.max(this.high, this.low + 1);
+    const high = Math.ceil(Math.log10(most) - 1e-9);
+    this.low = Math.max(Math.floor(Math.log10(Math.min(...known, most))), high - DECADES);
+    this.count = Math.max(high - this.low, 1);
   }
 
-  at(length) { return (100 * (Math.log10(Math.max(length, 10 ** this.low)) - this.low)) / (this.high - this.low); }
+  at(length) { return (100 * Math.max(Math.log10(length) - this.low, 0)) / this.count; }
 
-  words() { return [this.low, this.high].map((power) => Number((10 ** power).toPrecision(1))).join(" to "); }
+  get ticks() { return upTo(this.count + 1).map((k) => String(oneDigit(10 ** (this.low + k)))); }
 
-  head() {
-    const ticks = Array.from({ length: this.high - this.low + 1 }, (_, k) => element("span", { style: `left: ${(100 * k) / (this.high - this.low)}%` }, String(Number((10 ** (this.low + k)).toPrecision(1)))));
-    return element("div", { class: "ticks", "aria-hidden": "true" }, ...ticks);
-  }
+  head() { return element("div", { class: "ticks", "aria-hidden": "true" }, ...this.ticks.map((tick, k) => element("span", { style: `left: ${(100 * k) / this.count}%` }, tick))); }
 
   row({ before, after, on_arm: onArm, tolerance, fitted }, text) {
-    const made = element("div", { class: "dumbbell", role: "img", "aria-label": text, title: text, style: `--decade: ${100 / (this.high - this.low)}%` });
-    const span = (kind, a, b) => made.append(element("i", { class: kind, style: `left: ${this.at(a)}%; width: ${this.at(b) - this.at(a)}%` }));
-    const dot = (kind, x) => made.append(element("i", { class: kind, style: `left: ${this.at(x)}%` }));
-    if (onArm) span(fitted ? "arm fitted" : "arm", ...onArm);
-    if (before !== null && after !== null) span("fall", Math.min(before, after), Math.max(before, after));
-    if (tolerance !== null) dot("tolerance", tolerance);
-    if (before !== null) dot("before", before);
-    if (after !== null) dot(tolerance !== null && after > tolerance ? "after beyond" : "after", after);
-    return made;
+    const mark = (kind, a, b = a) => element("i", { class: kind, style: `left: ${this.at(a)}%; ${b > a ? `width: ${this.at(b) - this.at(a)}%` : ""}` }), known = after !== null;
+    return element("div", { class: "dumbbell", role: "img", "aria-label": text, title: text, style: `--decade: ${100 / this.count}%` },
+      ...(onArm ? [mark(fitted ? "arm fitted" : "arm", ...onArm)] : []),
+      ...(known && before !== null ? [mark("fall", Math.min(before, after), Math.max(before, after))] : []),
+      ...(tolerance !== null ? [mark("tolerance", tolerance)] : []),
+      ...(before !== null ? [mark("before", before)] : []),
+      ...(known ? [mark(tolerance !== null && after > tolerance ? "after beyond" : "after", after)] : []));
   }
 }
 
 function showPrograms() {
   const host = document.querySelector('[data-programs="table"]');
   if (!host) return;
-  const { drawn } = data("programs"), table = JSON.parse(host.querySelector("script").textContent);
-  const rows = table.rows.map((cells, i) => ({ cells, drawn: drawn[i] }));
+  const { drawn } = data("programs"), { columns, rows, label } = tableIn(host);
   const axis = new LengthAxis(drawn.filter(Boolean).flatMap((d) => [d.before, d.after, d.tolerance, ...(d.on_arm || [])]).filter((x) => x !== null));
-  const figure = (x) => (x === null ? "not known" : `${short(x)} mm`);
+  const figure = (x) => (x === null ? "not known" : `${short(x)} mm`), of = new Map(rows.map((row, i) => [row, drawn[i]]));
   const words = (d) => `before ${figure(d.before)}, after in the model ${figure(d.after)}, tolerance ${figure(d.tolerance)}, on the arm ${d.on_arm ? d.on_arm.map(figure).join(" to ") : "not known"}`;
-  const columns = table.columns.map((column, k) => ({ ...column, value: (row) => row.cells[k], href: k === table.link ? (row) => row.cells[table.columns.length] : null }));
   const chart = {
-    title: "deviation [mm]", number: true, value: (row) => (row.drawn ? Math.max(row.drawn.after ?? 0, ...(row.drawn.on_arm || [])) : null),
-    shown: (row) => (row.drawn ? words(row.drawn) : ""), mark: (row, text) => axis.row(row.drawn, text),
+    title: "deviation [mm]", number: true, value: (row) => of.get(row) && Math.max(of.get(row).after ?? 0, ...(of.get(row).on_arm || [])),
+    shown: (row) => (of.get(row) ? words(of.get(row)) : ""), mark: (row, text) => axis.row(of.get(row), text),
   };
-  const made = new Table(host, [columns[0], ...(drawn.some(Boolean) ? [chart] : []), ...columns.slice(1)], rows, { label: table.label });
-  made.table.classList.toggle("programs", drawn.some(Boolean));
-  if (!drawn.some(Boolean)) return;
-  made.head.children[1].append(axis.head());
-  document.querySelector(".dumbbells").append(element("span", {}, `axis from ${axis.words()} mm, logarithmic`));
+  const some = drawn.some(Boolean), table = new Table(host, some ? [columns[0], chart, ...columns.slice(1)] : columns, rows, { label, kind: some ? "programs" : "" });
+  if (!some) return;
+  table.head.children[1].append(axis.head());
+  document.querySelector(".dumbbells").append(element("span", {}, `axis from ${axis.ticks[0]} to ${axis.ticks.at(-1)} mm, logarithmic`));
 }
 
 showPrograms();

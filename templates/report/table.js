@@ -8,70 +8,52 @@ const WORD = /^\S{1,20}$/; // a short word stays in one piece: "changed", a rout
 
 class Table {
   /**
-   * @param columns {title, value(row), shown(row)?, number?, href(row)?}[]
-   * @param options {label, search?, pick(row, index)?, rowClass(row)?, sort?: [column, descending]}
+   * @param columns {title, value(row), shown(row)?, mark(row, text)?, number?, href(row)?}[]
+   * @param options {label, pick(row, index)?, kind?: class, height?: pixels of a row, bare?: without head and search}
    */
   constructor(host, columns, rows, options) {
-    Object.assign(this, { host, columns, rows, options });
-    this.order = rows.map((_, i) => i);
-    this.sorted = options.sort || null;
-    this.words = null;
-    this.picked = -1;
-    this.first = -1;
+    Object.assign(this, { host, columns, rows, options, sorted: null, words: null, picked: -1 });
     this.long = rows.length > LONG;
-    this.build();
+    this.high = options.height || ROW;
+    this.build(options);
     this.arrange();
     drawAgain(() => this.draw(true));
   }
 
-  build() {
-    const { label } = this.options;
+  build({ label, kind = "", bare = false }) {
     this.count = element("span", { class: "count", role: "status" });
-    this.input = element("input", {
-      type: "search", placeholder: "search", "aria-label": `search in ${label}`, oninput: () => this.arrange(),
-    });
-    this.head = element("tr");
-    this.columns.forEach((column, k) => {
-      const button = element("button", { type: "button", onclick: () => this.sortBy(k) }, column.title);
-      this.head.append(element("th", { scope: "col", class: column.number ? "number" : null }, button));
-    });
+    this.input = element("input", { type: "search", placeholder: "search", "aria-label": `search in ${label}`, oninput: () => this.arrange() });
+    this.head = element("tr", {}, ...this.columns.map((column, k) =>
+      element("th", { scope: "col", class: column.number ? "number" : null }, column.title && button(column.title, () => this.sortBy(k)))));
     this.body = element("tbody");
-    this.table = element("table", { "aria-label": label, class: this.long ? "long" : null },
-      element("thead", {}, this.head), this.body);
-    this.box = element("div", { class: "rows", tabindex: "0", role: "region", "aria-label": label, onscroll: () => this.draw() }, this.table);
-    this.box.addEventListener("keydown", (event) => this.key(event));
-    if (this.options.search !== false && this.rows.length > 15)
-      this.host.append(element("div", { class: "tools" }, this.input, this.count));
-    this.host.append(this.box);
+    this.table = element("table", { "aria-label": label, class: `${kind} ${this.long ? "long" : ""}` }, ...(bare ? [] : [element("thead", {}, this.head)]), this.body);
+    this.box = element("div", { class: `rows ${kind}`, tabindex: "0", role: "region", "aria-label": label, onscroll: () => this.draw(), onkeydown: (e) => this.key(e) }, this.table);
+    this.host.append(...(!bare && this.rows.length > 15 ? [element("div", { class: "tools" }, this.input, this.count)] : []), this.box);
   }
 
   sortBy(k) {
-    const down = this.sorted && this.sorted[0] === k ? !this.sorted[1] : Boolean(this.columns[k].number);
-    this.sorted = [k, down];
+    this.sorted = [k, this.sorted?.[0] === k ? !this.sorted[1] : Boolean(this.columns[k].number)];
     this.arrange();
   }
 
-  /** Rows that are asked for, in the order that is asked for. */
+  /** Put the rows that have all words of the search in the order of the column that sorts. */
   arrange() {
-    const asked = this.input.value.toLowerCase().split(/\s+/).filter(Boolean);
-    this.words ||= asked.length ? this.rows.map((row) => this.columns.map((c) => this.text(c, row)).join("\n").toLowerCase()) : null;
-    this.order = this.rows.map((_, i) => i).filter((i) => asked.every((word) => this.words[i].includes(word)));
+    const search = this.input.value.toLowerCase().split(/\s+/).filter(Boolean);
+    this.words ||= search.length ? this.rows.map((row) => this.columns.map((c) => this.text(c, row)).join("\n").toLowerCase()) : null;
+    this.order = upTo(this.rows.length).filter((i) => search.every((word) => this.words[i].includes(word)));
+    const [k, down] = this.sorted || [];
     if (this.sorted) {
-      const [k, down] = this.sorted, value = this.columns[k].value;
-      const missing = (x) => x === null || x === undefined || x === "" || Number.isNaN(x);
+      const values = this.rows.map((row) => this.columns[k].value(row)), missing = (x) => x === null || x === undefined || x === "" || Number.isNaN(x);
       this.order.sort((i, j) => {
-        const a = value(this.rows[i]), b = value(this.rows[j]);
+        const [a, b] = [values[i], values[j]];
         if (missing(a) || missing(b)) return missing(a) - missing(b) || i - j;
         const less = typeof a === "number" && typeof b === "number" ? a - b : String(a).localeCompare(String(b));
         return (down ? -less : less) || i - j;
       });
     }
-    [...this.head.children].forEach((th, k) => {
-      const mine = this.sorted && this.sorted[0] === k;
-      th.setAttribute("aria-sort", mine ? (this.sorted[1] ? "descending" : "ascending") : "none");
-    });
-    const of = this.rows.length.toLocaleString("en");
-    this.count.textContent = asked.length ? `${this.order.length.toLocaleString("en")} of ${of}` : `${of} rows`;
+    [...this.head.children].forEach((th, i) => th.setAttribute("aria-sort", i !== k ? "none" : down ? "descending" : "ascending"));
+    const all = thousands(this.rows.length);
+    this.count.textContent = search.length ? `${thousands(this.order.length)} of ${all}` : `${all} rows`;
     this.table.setAttribute("aria-rowcount", this.order.length + 1);
     this.box.scrollTop = 0;
     this.draw(true);
@@ -81,54 +63,40 @@ class Table {
     if (column.shown) return column.shown(row);
     const value = column.value(row);
     if (value === null || value === undefined || Number.isNaN(value)) return "";
-    return typeof value === "number" ? (Number.isInteger(value) ? String(value) : short(value)) : String(value);
+    return typeof value === "number" && !Number.isInteger(value) ? short(value) : String(value);
   }
 
   draw(always = false) {
-    const seen = this.long && !onPaper() ? Math.ceil((this.box.clientHeight || 420) / ROW) + 20 : onPaper() ? ON_PAPER : LONG;
-    const first = this.long && !onPaper() ? Math.max(0, Math.floor(this.box.scrollTop / ROW) - 10) : 0;
+    const virtual = this.long && !onPaper(), seen = virtual ? Math.ceil((this.box.clientHeight || 420) / this.high) + 20 : onPaper() ? ON_PAPER : LONG;
+    const first = virtual ? Math.max(0, Math.floor(this.box.scrollTop / this.high) - 10) : 0, last = Math.min(first + seen, this.order.length);
     if (!always && first === this.first) return;
     this.first = first;
-    const focus = this.body.contains(document.activeElement);
-    const last = Math.min(first + seen, this.order.length);
-    const made = [this.gap(first * ROW)];
-    for (let k = first; k < last; k++) made.push(this.row(k));
-    made.push(onPaper() && last < this.order.length ? this.rest(last) : this.gap((this.order.length - last) * ROW));
-    this.body.replaceChildren(...made.filter(Boolean));
+    const focus = this.body.contains(document.activeElement), rows = upTo(last - first).map((k) => this.row(first + k));
+    this.body.replaceChildren(...this.gap(first), ...rows, ...this.gap(this.order.length - last));
     if (focus) this.focused()?.focus({ preventScroll: true });
   }
 
-  gap(height) {
-    if (!(height > 0) || !this.long) return null;
-    return element("tr", { "aria-hidden": "true" }, element("td", { colspan: this.columns.length, style: `height: ${height}px; padding: 0` }));
-  }
-
-  rest(last) {
-    return element("tr", {}, element("td", { colspan: this.columns.length }, `${this.order.length - last} more rows are in the page, and in the document of --json.`));
+  /** A row in place of some that are not in the document: as high as they are, or on paper the number of those below. */
+  gap(count) {
+    if (!count) return [];
+    const style = onPaper() ? null : `height: ${count * this.high}px; padding: 0`;
+    return [element("tr", { "aria-hidden": onPaper() ? null : "true" }, element("td", { colspan: this.columns.length, style }, onPaper() ? `${count} more rows are in the page, and in the document of --json.` : ""))];
   }
 
   row(k) {
-    const index = this.order[k], row = this.rows[index], { pick, rowClass } = this.options;
-    const made = element("tr", { "aria-rowindex": k + 2, class: rowClass ? rowClass(row) : null });
-    if (pick) {
-      made.setAttribute("tabindex", "-1");
-      made.setAttribute("aria-selected", index === this.picked);
-      made.addEventListener("click", () => this.pick(k));
-    }
-    for (const column of this.columns) {
-      const text = this.text(column, row), link = column.href && column.href(row);
-      const cell = element("td", { class: column.number ? "number" : WORD.test(text) ? "word" : null, "data-label": column.title, title: this.long && text.length > 20 ? text : null });
-      if (text) cell.append(link ? element("a", { href: link }, text) : column.mark ? column.mark(row, text) : text);
-      made.append(cell);
-    }
-    return made;
+    const index = this.order[k], row = this.rows[index];
+    const pick = this.options.pick ? { tabindex: "-1", "aria-selected": index === this.picked, onclick: () => this.pick(k) } : {};
+    return element("tr", { "aria-rowindex": k + 2, ...pick }, ...this.columns.map((column) => {
+      const text = this.text(column, row), link = column.href?.(row), kind = column.number ? "number" : WORD.test(text) ? "word" : null;
+      const shown = link ? element("a", { href: link }, text) : text && column.mark ? column.mark(row, text) : text;
+      return element("td", { class: kind, "data-label": column.title, title: this.long && text.length > 20 ? text : null }, ...(text ? [shown] : []));
+    }));
   }
 
-  pick(k, quiet = false) {
+  pick(k) {
     this.picked = this.order[k];
-    if (!quiet) this.options.pick?.(this.rows[this.picked], this.picked);
-    for (const tr of this.body.children)
-      if (tr.hasAttribute("aria-selected")) tr.setAttribute("aria-selected", this.order[tr.getAttribute("aria-rowindex") - 2] === this.picked);
+    this.options.pick(this.rows[this.picked], this.picked);
+    for (const tr of this.body.querySelectorAll("[aria-selected]")) tr.setAttribute("aria-selected", this.order[tr.getAttribute("aria-rowindex") - 2] === this.picked);
   }
 
   /** Show a row that was chosen elsewhere. */
@@ -136,36 +104,36 @@ class Table {
     const k = this.order.indexOf(index);
     if (k < 0) return;
     this.picked = index;
-    const top = this.long ? k * ROW : (this.body.children[k]?.offsetTop ?? 0);
-    if (top < this.box.scrollTop || top > this.box.scrollTop + this.box.clientHeight - 2 * ROW)
+    const top = this.long ? k * this.high : (this.body.children[k]?.offsetTop ?? 0);
+    if (top < this.box.scrollTop || top > this.box.scrollTop + this.box.clientHeight - 2 * this.high)
       this.box.scrollTop = Math.max(0, top - this.box.clientHeight / 2);
     this.draw(true);
   }
 
-  focused() {
-    return [...this.body.children].find((tr) => tr.getAttribute("aria-selected") === "true");
-  }
+  focused() { return this.body.querySelector('[aria-selected="true"]'); }
 
   key(event) {
     const step = { ArrowDown: 1, ArrowUp: -1, PageDown: 10, PageUp: -10, Home: -1e9, End: 1e9 }[event.key];
     if (!step || !this.options.pick || !this.order.length) return;
     event.preventDefault();
-    const at = this.order.indexOf(this.picked);
-    const k = Math.min(Math.max(at + step, 0), this.order.length - 1);
+    const k = Math.min(Math.max(this.order.indexOf(this.picked) + step, 0), this.order.length - 1);
     this.show(this.order[k]);
     this.pick(k);
     this.focused()?.focus({ preventScroll: true });
   }
 }
 
-/** Tables whose rows stand in the page: {columns: {title, number}[], rows: cell[][], label, sort, links: column}. */
+/** Rows of cells and columns of a table that stands in the page. @return {columns, rows, label} */
+function tableIn(host) {
+  const { columns, rows, label, link } = JSON.parse(host.querySelector("script").textContent);
+  const column = (each, k) => ({
+    ...each, value: (row) => row[k], shown: each.decimals === null ? null : (row) => (row[k] === null ? "" : fixed(row[k], each.decimals)),
+    href: k === link ? (row) => row[columns.length] : null,
+  });
+  return { columns: columns.map(column), rows, label };
+}
+
 for (const host of document.querySelectorAll("[data-table]")) {
-  const spec = JSON.parse(host.querySelector("script").textContent);
-  const columns = spec.columns.map((column, k) => ({
-    ...column,
-    value: (row) => row[k],
-    shown: column.number && column.decimals !== null ? (row) => (row[k] === null ? "" : fixed(row[k], column.decimals)) : null,
-    href: k === spec.link ? (row) => row[spec.columns.length] : null,
-  }));
-  new Table(host, columns, spec.rows, { label: spec.label, sort: spec.sort });
+  const { columns, rows, label } = tableIn(host);
+  new Table(host, columns, rows, { label });
 }

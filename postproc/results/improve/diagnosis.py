@@ -71,7 +71,7 @@ def diagnosis_document(name: str, d: Diagnosis) -> Document:
         rungs.append(Rung("with what is missing", d.model, d.final.held_out_rms))
     steps = cache(lambda: steps_data(rungs, [m.key for m in d.missing], floor))
     suspected = [(s.channel, s.where) for s in d.remaining]
-    strongest = Chart(lambda: [suspect_chart(d.searched, s, d.floor) for s in d.remaining[:1] if d.missing], 300)
+    strongest = Chart(lambda: [suspect_chart(d.searched, s, d.floor) for s in d.remaining[:1] if d.missing], 320)
     law = [f"In symbols: {'; '.join(s['law'])}" for s in values["suspects"][:1]]
     blind = DataTable("not shown", ("effect", "why"), list(d.blind.items()))
     return Document(
@@ -232,7 +232,7 @@ def _ladder(d: Diagnosis, values: Values, steps: Any) -> Section:
 
     return Section(
         f"The error on rows that the fit has not seen, {kind.unit} per {kind.each}",
-        [bars, View("evidence"), Chart(without_laws, 300)],
+        [bars, View("evidence"), Chart(without_laws, 320)],
         f"{NOISE if floor else ''}{GREY_NOTE}",
     )
 

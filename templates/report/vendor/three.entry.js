@@ -1,7 +1,7 @@
 export {
   Box3, BufferAttribute, BufferGeometry, CapsuleGeometry, Color, ConeGeometry, CubicBezierCurve3, CylinderGeometry, DirectionalLight, DoubleSide, Group,
-  HemisphereLight, InstancedMesh, Line3, LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, OrthographicCamera,
-  PlaneGeometry, Quaternion, Scene, TubeGeometry, Vector3, WebGLRenderer,
+  HemisphereLight, InstancedMesh, LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, OrthographicCamera,
+  PlaneGeometry, Quaternion, Raycaster, Scene, TubeGeometry, Vector3, WebGLRenderer,
 } from "three";
 export { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 export { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
