@@ -20,7 +20,8 @@ from postproc.batch.values import TaskRecord
 from postproc.diagnostics import Diagnostic, Finding, Matter, PostprocError
 from postproc.files import read_file, real, stays_inside, why, write_atomically
 from postproc.grouping import grouped
-from postproc.tasks.discover import STATE
+from postproc.rapid.program.program import ENDINGS
+from postproc.tasks.discover import STATE, files_below
 
 COPIES = "copies-"  # begin of the name of a record of copied files
 
@@ -107,6 +108,20 @@ class OutputTree:
                 self._remove(record)
             if file not in self.now and (self.part == "all" or not file.startswith(COPIES)):
                 (self.root / STATE / file).unlink(missing_ok=True)
+
+    def foreign(self) -> list[Finding]:
+        """Return BAT023 for each RAPID module of the tree that this run neither made, copied nor kept."""
+        if self.part != "all":  # other shards' modules are not known
+            return []
+        made = self.claimed.union(*(record.outputs for record in self.now.values()))
+        names = (name for name in files_below(self.root) if PurePosixPath(name).suffix.lower() in ENDINGS)
+        help_ = "delete it, or put its program back: what is approved is what programs become today"
+        return [
+            Diagnostic(
+                "BAT023", "warning", f"`{self.root / name}` comes of no program of this batch", help=help_
+            ).finding
+            for name in sorted(set(names) - made)
+        ]
 
     def _stands(self, path: str, hash_: str) -> bool:
         """Tell whether a file stands in the tree, also after links of its folders are followed, with this SHA-256."""

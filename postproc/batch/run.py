@@ -49,6 +49,7 @@ def run_batch(ready: Ready, pool: Pool, tell: Callable[[TaskOutcome], None]) -> 
             note(record, edited=tree.add(record, files))
         findings = _copy_files(ready, tree)
         tree.close()
+        findings += tree.foreign()
     outcomes.sort(key=lambda outcome: outcome.task.name)
     copied = sum(map(ready.shard.owns, ready.plan.copies)) - sum(finding.severity == "error" for finding in findings)
     return Batch(tuple(outcomes), copied, tuple(findings))

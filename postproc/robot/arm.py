@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Literal
 
 from postproc.arrays import Array
 
@@ -11,6 +12,8 @@ ACCELERATION = [8.0, 8.0, 8.0, 20.0, 20.0, 25.0]
 """Estimates [rad/s^2] where nobody states them."""
 JERK = 60.0
 """Jerks [rad/s^3] over accelerations where nobody states them: 40 to 60 in logged corners of an IRB 6640."""
+AccelerationSource = Literal["logged", "stated", "estimated"]
+"""Where the limits of acceleration of an arm come from."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +59,7 @@ class Robot:
         axis: (6, 3) unit joint axes, in the frame right before the rotation.
         lower, upper: (6,) joint limits [rad]; speed (6,) [rad/s]; acceleration (6,) [rad/s^2]; jerk (6,) [rad/s^3].
         drives: limit the accelerations of axes 1 to 3 in place of ``acceleration``; None where it is constant.
+        acceleration_source: ``logged`` on an arm of the type, ``stated`` in its file, or ``estimated``.
         torque: (6,) joint torque limits [N m] or None where nobody publishes them.
         mass: (7,) body masses [kg]; center: (7, 3) centres of mass in body frames [m];
         inertia: (7, 3, 3) about the centre of mass, body axes [kg m^2].
@@ -82,6 +86,7 @@ class Robot:
     center: Array
     inertia: Array
     drives: Drives | None = None
+    acceleration_source: AccelerationSource = "estimated"
     torque: Array | None = None
     joint_compliance: Array | None = None
     opw: Opw | None = None

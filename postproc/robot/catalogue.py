@@ -15,7 +15,7 @@ from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Severity, Source, did_you_mean
 from postproc.files import read_source
 from postproc.rapid.data.records import Vec3
-from postproc.robot.arm import ACCELERATION, JERK, Drives, Robot
+from postproc.robot.arm import ACCELERATION, JERK, AccelerationSource, Drives, Robot
 from postproc.robot.configuration import derive
 from postproc.robot.kinematics import body_poses
 from postproc.robot.pose import rpy, transform
@@ -74,6 +74,7 @@ class _Joints(FileTable):
     Args:
         limits_deg: lowest and highest angle of each joint.
         speed_deg_per_s, acceleration_rad_per_s2, jerk_rad_per_s3, torque_Nm: largest of each joint.
+        acceleration_source: logged on an arm of the type, stated by somebody who knows it, or estimated.
         rotor_inertia_ratio: of axes 1 to 3, inertia of motor and gear over that of the links at the zero pose; with it
             their acceleration is that at the zero pose without payload, and follows the inertia elsewhere.
         stiffness_Nm_per_rad: of each joint's spring.
@@ -84,6 +85,7 @@ class _Joints(FileTable):
     limits_deg: Annotated[list[tuple[float, float]], Field(min_length=6, max_length=6)] = [(-360.0, 360.0)] * 6
     speed_deg_per_s: PositiveSix = [180.0] * 6
     acceleration_rad_per_s2: PositiveSix = ACCELERATION
+    acceleration_source: AccelerationSource = "stated"
     jerk_rad_per_s3: PositiveSix | None = None
     rotor_inertia_ratio: Three | None = None
     torque_Nm: PositiveSix | None = None
@@ -244,6 +246,7 @@ def read_robot(source: Source) -> Robot:
     center = _centers(file, link, axis)
     inertia = np.array([_inertia(b) for b in bodies])
     acceleration = np.array(joints.acceleration_rad_per_s2)
+    is_stated = "acceleration_rad_per_s2" in joints.model_fields_set
     robot = Robot(
         name=file.name or Path(source.path).stem,
         link=link,
@@ -252,6 +255,7 @@ def read_robot(source: Source) -> Robot:
         upper=upper,
         speed=np.radians(joints.speed_deg_per_s),
         acceleration=acceleration,
+        acceleration_source=joints.acceleration_source if is_stated else "estimated",
         jerk=JERK * acceleration if joints.jerk_rad_per_s3 is None else np.array(joints.jerk_rad_per_s3),
         mass=np.array([b.mass_kg for b in bodies]),
         center=center,

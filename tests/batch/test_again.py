@@ -9,6 +9,8 @@ import pytest
 
 from postproc.batch.records import open_tree
 from postproc.batch.values import Shard
+from postproc.rapid.diff.difference import FileDiff
+from postproc.results.convert.difference import change_lines
 from postproc.settings import Settings
 
 from .build import ARM, EFFECT, ROUGH, TOOL, Work, module, program, programs, tree, work_in, write
@@ -46,6 +48,21 @@ def test_what_changed_is_done_again_and_what_somebody_edited_is_put_aside(work: 
     assert {path: hash_ for path, hash_ in tree(work.out).items() if "/edited/" not in path} == tree(fresh.out)
     quiet = work.convert()
     assert quiet.cached == set(SEAM) and not any(o.findings for o in quiet.told)
+
+
+def test_a_module_that_comes_of_no_program_is_named_with_what_to_do(work: Work) -> None:
+    """Its program was deleted, and the records of the run that wrote it are not kept in version control."""
+    programs(work.source, 2)
+    assert work.convert().batch.findings == ()
+    write(work.out, {"line0/old.mod": program("Old"), "note.txt": "mine"})
+    again = work.convert()
+    (finding,) = again.batch.findings
+    assert (finding.code, finding.severity, again.batch.failed) == ("BAT023", "warning", False)
+    assert finding.message == f"`{work.out}/line0/old.mod` comes of no program of this batch"
+    assert "delete it" in str(finding.help) and (work.out / "line0/old.mod").exists()
+    assert work.convert(shard=Shard(1, 2)).batch.findings == ()
+    (line,) = change_lines([FileDiff("line0/old.mod", "removed")])
+    assert line == "`line0/old.mod` comes of no program any more: delete it, or put its program back"
 
 
 @pytest.mark.parametrize(

@@ -66,6 +66,8 @@ def test_the_same_figures_lead_in_all_that_is_written(call_as_written: Call, tmp
                   f"after in the model, while the arc burns {after} mm "):  # fmt: skip
         assert words in words_of(page)
     assert f"while the arc burns {before} {after} {text.removesuffix(' mm')} 0.1 in the model" in words_of(certificate)
+    assert document["acceleration_limits"] == "estimated"
+    assert "from limits of acceleration that are estimated." in words_of(page)
     stiffness = document["expected_remaining_fraction"]
     if arm == "type":
         shares = STIFFNESS.format(*(f"{100 * x:.0f}" for x in stiffness))

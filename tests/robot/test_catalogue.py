@@ -38,7 +38,7 @@ def test_a_geometry_alone_is_an_arm_without_weight() -> None:
     [
         (UR5.replace("a_mm =", "a_m ="), ["5:2", "6:1"]),
         (UR5.replace("[0, -425, ", "[0, "), ["6:8"]),
-        (UR5.replace("mass_kg = 3.7,", "mass_kg = -3.7,"), ["19:8"]),
+        (UR5.replace("mass_kg = 3.7,", "mass_kg = -3.7,"), ["20:8"]),
         ("name = 'x'\nname = 'y'\n", ["2:11"]),
         (UR5.replace("[dh]", "[chian]"), ["5:2"]),
     ],
@@ -211,3 +211,17 @@ def test_a_urdf_without_pinocchio_names_what_to_install(tmp_path: Path, monkeypa
     (tmp_path / "arm.urdf").write_text(URDF, encoding="utf-8")
     (finding,) = refused(partial(load_robot, tmp_path / "arm.urdf"))
     assert finding.code == "KIN007" and "conda-forge" in finding.help
+
+
+def test_limits_of_acceleration_say_where_they_come_from() -> None:
+    """Two arms of the library were logged; a file states them, says otherwise, or leaves them to an estimate."""
+    logged = {name for name in list_robots() if describe_robot(name).acceleration_source == "logged"}
+    assert {name for name in logged if "seed" not in name} == {"irb1200_5_09", "irb6640_180_255"}
+    limits = "acceleration_rad_per_s2 = [8, 8, 8, 20, 20, 25]\n"
+    for added, source in (
+        ("", "estimated"),
+        (limits, "stated"),
+        (f'{limits}acceleration_source = "logged"\n', "logged"),
+    ):
+        text = re.sub(r"(?m)^acceleration.*\n", "", UR5).replace("[joints]\n", f"[joints]\n{added}")
+        assert read_robot(Source("arm.toml", text.encode())).acceleration_source == source

@@ -166,12 +166,15 @@ def _torques(model: Model, plan: CorrectionPlan, places: Places, mounts: Mounts,
 def _largest(deviation: Deviation, statement: Index, count: int) -> Values:
     """Return, for each of ``count`` statements, the largest deviation [mm] on lines and arcs over all its runs.
 
+    As in the figures it is that at steady speed; of a statement without any, the largest of all.
+
     Args:
         statement: index of the statement of each move, -1 for those of other files.
     """
-    largest, rows = np.full(count + 1, np.nan), deviation.space
-    np.fmax.at(largest, statement[deviation.owner[rows]], 1e3 * deviation.across[rows])
-    return packed(largest[:-1])
+    every, steady = np.full((2, count + 1), np.nan)
+    for largest, rows in ((every, deviation.space), (steady, deviation.space & deviation.steady)):
+        np.fmax.at(largest, statement[deviation.owner[rows]], 1e3 * deviation.across[rows])
+    return packed(np.where(np.isnan(steady), every, steady)[:-1])
 
 
 def _sources(conversion: Conversion) -> dict[str, list[str]]:

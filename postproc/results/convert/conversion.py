@@ -116,6 +116,7 @@ def conversion_values(conversion: Conversion) -> dict[str, Any]:
         "added_targets": judged.added,
         "cycle_time_s": limits and round(limits.slower, 3),
         "cycle_time_before_s": limits and round(limits.cycle_time, 3),
+        "acceleration_limits": model.robot.acceleration_source,
         "diagnostics": findings,
         "already": list(judged.options.already),
         "expected_on_arm_mm": judged.expected_on_arm_mm,
@@ -234,7 +235,12 @@ def _basis(values: Values, made: Mapping[str, str]) -> str:
         f"tolerance {values['tolerance_mm']:g} mm, {values['air_tolerance_mm']:g} mm in the air",
         f"scope {values['scope']}",
     ]
-    return " ".join(filter(None, (f"{'; '.join(parts)}. {outcome_note(values)}.", legend(values["figures"]))))
+    limits = (
+        f"Cycle time and inertial loads follow from limits of acceleration that are {values['acceleration_limits']}."
+    )
+    return " ".join(
+        filter(None, (f"{'; '.join(parts)}.", f"{outcome_note(values)}.", limits, legend(values["figures"])))
+    )
 
 
 def undetermined_values(known: Undetermined | None) -> Values:

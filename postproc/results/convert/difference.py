@@ -122,7 +122,7 @@ def _change_line(f: FileDiff) -> str:
     if f.status == "added":
         return f"`{f.path}` is not there and would be written"
     if f.status == "removed":
-        return f"`{f.path}` comes of no program any more"
+        return f"`{f.path}` comes of no program any more: delete it, or put its program back"
     if f.status == "equal":
         return f"`{f.path}` would not change"
     if not f.found.differences:
