@@ -211,3 +211,13 @@ def test_set_ups_are_left_out_whole_where_others_tell_the_arm() -> None:
     assert len(np.unique(few.fold_group)) == 12
     many = table("plane", *["a"] * 4, *["b"] * 4, *["c"] * 4)
     assert len(np.unique(many.fold_group)) == 3
+
+
+@pytest.mark.parametrize(
+    ("reading", "said"),
+    [("", "`reading_mm` of `P0` is empty"), ("0,01", "`0,01` in column `reading_mm` of line 2 has a decimal comma")],
+)
+def test_a_reading_that_is_lacking_or_split_is_named(reading: str, said: str) -> None:
+    with pytest.raises(PostprocError) as refused:
+        table("gauge,nx,ny,nz,reading_mm", f"a,0,0,1,{reading}")
+    assert said in refused.value.diagnostics[-1].message

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, has_errors
-from postproc.measure.checks.plausible import check_limits, check_plausible, usable_rows
+from postproc.measure.checks.plausible import check_limits, check_plausible, empty_columns, usable_rows
 from postproc.measure.checks.readings import (
     MISMATCH_M,
     RADIANS,
@@ -28,6 +28,7 @@ from postproc.measure.checks.readings import (
 from postproc.measure.consensus import FEWEST_PLACED, LEAST_M, TIMES, Agreement, largest, poses_among, sessions_of
 from postproc.measure.measurements import FEWEST_ROWS_JUDGED, Measurements
 from postproc.measure.read.cells import Cells
+from postproc.measure.read.columns import JOINT_COLUMNS, MEASURED
 from postproc.measure.read.turns import LARGEST_FLANGE_TURN_RAD, Turns
 from postproc.robot.arm import Robot
 
@@ -56,7 +57,10 @@ def check_measurements(
     """
     if not usable_rows(data, measured).any():
         message = "no row can be used: none has commanded joint angles" + (" and a measured pose" if measured else "")
-        return [cells.finding("DAT001", "error", message, "fill in the empty columns")]
+        empty = empty_columns(cells, 0, (*JOINT_COLUMNS, *MEASURED) if measured else JOINT_COLUMNS)
+        message += f"; {empty}, and so on" * bool(empty)
+        help_ = "fill in what was read, in the unit at the end of the column's name" if empty else "fill in the columns"
+        return [cells.finding("DAT001", "error", message, help_)]
     findings = check_plausible(data, robot, cells, measured)
     # The reflector of most rows: one point of the tool.
     names = data.state.reflector_of_rows[agreed.rows]

@@ -8,11 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.diagnostics import Diagnostic, Severity
+from postproc.diagnostics import Diagnostic, Severity, joined
 from postproc.measure.checks.repeats import pooled_scatter
 from postproc.measure.errors import CHANCE
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.cells import Cells
+from postproc.measure.read.columns import JOINT_COLUMNS, MEASURED
+from postproc.measure.read.values import EMPTY_CELLS
 from postproc.robot.arm import Robot
 
 SHOWN_ROWS = 5
@@ -53,11 +55,27 @@ def _check_cells(data: Measurements, cells: Cells, measured: bool) -> Iterator[D
     commanded = usable_rows(data, measured=False)
     ends = np.isin(data.pose_id, cells.text("from")) if "from" in cells.header else np.zeros(len(data), dtype=bool)
     unmeasured = commanded & ~usable_rows(data, measured) & ~data.off_arm & ~ends
-    for lacking, what in ((~commanded, "no joint angles"), (unmeasured, "nothing measured")):
+    cases = ((~commanded, "no joint angles", JOINT_COLUMNS), (unmeasured, "nothing measured", MEASURED))
+    for lacking, what, wanted in cases:
         if lacking.any():
             message = f"{_listed(lacking)} of {len(data)} {'has' if lacking.sum() == 1 else 'have'} {what}: not used"
+            first = int(np.flatnonzero(lacking)[0])
+            if empty := empty_columns(cells, first, wanted):
+                message = message.replace(": not used", f" ({empty}): not used")
             help_ = "fill in the empty cells if the values are known"
-            yield cells.finding("DAT005", "warning", message, help_, int(np.flatnonzero(lacking)[0]))
+            yield cells.finding("DAT005", "warning", message, help_, first)
+
+
+def empty_columns(cells: Cells, row: int, wanted: Sequence[str]) -> str:
+    """Return which of some columns are empty in a row: `` `reading_mm` of `G03` is empty``; or an empty text."""
+    by_name = dict(zip(cells.header, cells.rows[row], strict=True))
+    empty = [name for name in wanted if by_name.get(name, name).lower() in EMPTY_CELLS]
+    if not empty:
+        return ""
+    label = by_name.get("pose_id")
+    at = f"`{label}`" if label else f"line {cells.lines[row]}"
+    listed = joined([f"`{name}`" for name in empty]) if len(empty) < 4 else f"`{empty[0]}` .. `{empty[-1]}`"
+    return f"{listed} of {at} {'is' if len(empty) == 1 else 'are'} empty"
 
 
 def _listed(mask: NDArray[np.bool_]) -> str:

@@ -178,6 +178,10 @@ def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic],
             message = f"row {number} has {len(cells)} cells where the header has {len(header)}"
             then = "nothing is told of it" if every else "the row is left out"
             help_ = f"check for a missing separator or a decimal comma; until then {then}"
+            if separator == "," and (split_at := _split_numbers(cells, header)):
+                whole, column = split_at[0]
+                message += f": `{whole}` in column `{column}` has a decimal comma"
+                help_ = f"write `{whole.replace(',', '.')}`, or put the cell in quotes; until then {then}"
             diagnostics.append(Diagnostic("DAT004", "warning", message, source, _start(source, number), help_))
             if not every:
                 continue
@@ -185,22 +189,43 @@ def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic],
         rows.append(tuple(cells))
         lines.append(number)
     if all(not any(row) for row in rows):
-        raise _unlike_its_header([len(cells) for _, cells in body], len(header), separator, source)
+        raise _unlike_its_header(body, header, separator, source)
     return Cells(source, tuple(header), tuple(units), tuple(rows), tuple(lines), decimal)
 
 
-def _unlike_its_header(sizes: list[int], wanted: int, separator: str, source: Source) -> PostprocError:
+def _unlike_its_header(
+    body: Sequence[tuple[int, list[str]]], header: Sequence[str], separator: str, source: Source
+) -> PostprocError:
     """Return DAT001 for a table of which no row has as many cells as its header.
 
     Args:
-        sizes: the number of cells in each row; wanted: in the header.
+        body: line number and cells of each row; header: names of the columns.
     """
-    most = Counter(sizes).most_common(1)
+    most = Counter(len(cells) for _, cells in body).most_common(1)
     others = f"rows have {most[0][0]}" if most else "there is no other row"
+    message = f"no row has as many cells as the header: it has {len(header)}, {others}"
     help_ = "check the separator and the decimal sign, and that every column has a name"
-    if separator == "," and most and most[0][0] > wanted > 1:
+    if separator == "," and most and most[0][0] > len(header) > 1:
         help_ = "is the comma the decimal sign, too? export with semicolons between the cells, or with decimal points"
-    return _no_table(f"no row has as many cells as the header: it has {wanted}, {others}", source, help_)
+        number, cells = body[0]
+        if split_at := _split_numbers(cells, header):
+            whole, column = split_at[0]
+            message += f"; `{whole}` in column `{column}` of line {number} has a decimal comma"
+    return _no_table(message, source, help_)
+
+
+def _split_numbers(cells: Sequence[str], header: Sequence[str]) -> list[tuple[str, str]]:
+    """Return the numbers that decimal commas have split into two cells each, with their columns; none if unclear.
+
+    From the last column on, two cells of digits alone are taken for one number as long as there are too many cells.
+    """
+    k, extra, whole = len(cells) - 1, len(cells) - len(header), list[tuple[str, str]]()
+    for column in reversed(header):
+        if len(whole) < extra and k > 0 and cells[k].isdigit() and cells[k - 1].lstrip("+-").isdigit():
+            whole.append((f"{cells[k - 1]},{cells[k]}", column))
+            k -= 1
+        k -= 1
+    return whole[::-1] if len(whole) == extra > 0 and k == -1 else []
 
 
 def _as_text(source: Source, diagnostics: list[Diagnostic]) -> Source:

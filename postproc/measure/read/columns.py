@@ -36,6 +36,8 @@ EXTERNAL_AXES = COLUMNS["external_axes"]
 SETUPS = COLUMNS["setup"]
 DIRECTION = ("nx", "ny", "nz")
 SETUP_READINGS = ("distance_mm", "reading_mm")
+MEASURED = (*POSITION, *ORIENTATION, *MEASURED_JOINTS, *SETUP_READINGS)
+"""What is read off an instrument and filled in."""
 TEXT_COLUMNS = ("pose_id", "session", "reflector", "target", *SETUPS)
 STANDARD = (
     *(*TEXT_COLUMNS, *JOINT_COLUMNS, *POSITION, *ORIENTATION, *MEASURED_JOINTS, *COMMAND_POSITION),
