@@ -34,8 +34,11 @@ function showPrograms() {
   if (!host) return;
   const { drawn } = data("programs"), { columns, rows, label } = tableIn(host);
   const axis = new LengthAxis(drawn.filter(Boolean).flatMap((d) => [d.before, d.after, d.tolerance, ...(d.on_arm || [])]).filter((x) => x !== null));
-  const figure = (x) => (x === null ? "not known" : `${short(x)} mm`), of = new Map(rows.map((row, i) => [row, drawn[i]]));
-  const words = (d) => `before ${figure(d.before)}, after in the model ${figure(d.after)}, tolerance ${figure(d.tolerance)}, on the arm ${d.on_arm ? d.on_arm.map(figure).join(" to ") : "not known"}`;
+  const of = new Map(rows.map((row, i) => [row, drawn[i]]));
+  const words = (d) => {
+    const figure = (...ends) => (ends.includes(null) ? "not known" : `${[...new Set(ends.map((x) => fixed(x, decimalsOf(d.tolerance))))].join(" to ")} mm`);
+    return `before ${figure(d.before)}, after in the model ${figure(d.after)}, tolerance ${figure(d.tolerance)}, on the arm ${figure(...(d.on_arm || [null]))}`;
+  };
   const chart = {
     title: "deviation [mm]", number: true, value: (row) => of.get(row) && Math.max(of.get(row).after ?? 0, ...(of.get(row).on_arm || [])),
     shown: (row) => (of.get(row) ? words(of.get(row)) : ""), mark: (row, text) => axis.row(of.get(row), text),

@@ -285,6 +285,12 @@ def test_without_webgl_the_page_says_so_and_shows_its_charts(opened: Open) -> No
     assert "pSeam40" in page.inner_text(f'{LISTING} tr[aria-selected="true"]')
 
 
+def test_a_program_of_a_batch_is_named_with_the_decimals_of_its_tolerance(opened: Open) -> None:
+    page = opened(batch_page(f"p{i}.mod" for i in range(3)))
+    names = [each.get_attribute("aria-label") for each in page.locator(".dumbbell").all()]
+    assert names[0] == "before 2.10 mm, after in the model 0.00 mm, tolerance 0.10 mm, on the arm not known"
+
+
 def test_a_table_of_twenty_thousand_rows_is_searched_and_sorted_at_once(opened: Open) -> None:
     page = opened(batch_page(f"p{i}.mod" for i in range(20_000)))
     filled = page.locator(f"{LONG_ROWS}:has(td:nth-child(2))")
