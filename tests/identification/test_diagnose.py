@@ -52,12 +52,11 @@ ROOT = Path(__file__).resolve().parents[2]
 @pytest.mark.parametrize(
     ("kind", "index"),
     [
-        *(("library", i) for i in (6, 7, 12, 14, 17)),  # a hose, growth, a knee, a lag, a session
-        ("pairs", 3),
+        *(("library", i) for i in (6, 12, 14, 17)),  # a hose, a knee, a lag, a session
         ("beside", 0),
-        *(("outside", i) for i in (1, 4, 7, 12)),
+        *(("outside", i) for i in (1, 7)),
         ("encoder", 0),
-        *(("cell", i) for i in (40, 41, 43)),  # columns that lean elsewhere than at the origin of their frame
+        ("cell", 41),  # a column that leans elsewhere than at the origin of its frame
     ],
 )
 def test_sets_of_the_scorecard_are_answered_rightly(kind, index):
@@ -84,11 +83,9 @@ def turned(joint, law):
 
 
 HOUSING = spring(3, lambda w: w[:, 3] @ kinds.beam(0.175, 1.0e6, 0.5e6, 4e9, 2).T)
-SHOULDER = spring(1, lambda w: 4e-7 * w[:, 1] * [0, 0, 0, 1, 0, 1])
 ELBOW = spring(2, lambda w: 2e-5 * w[:, 2] * [0, 0, 0, 1, 1, 0])
 SHORT_WRIST = spring(4, lambda w: np.broadcast_to([0, 3e-4, 0, 0, 0, 4e-4], w[:, 0].shape))
 MOTOR = turned(2, lambda s: 1e-4 * np.sin(41.3 * s.q[:, 2]))
-STAGES = turned(0, lambda s: 1e-4 * np.sin(10.37 * s.q[:, 0]))
 LINES = (turned(2, lambda s: 2e-4 * np.sin(23 * s.q[:, 2])), turned(4, lambda s: 2e-4 * np.sin(39 * s.q[:, 4])))
 
 
@@ -100,14 +97,12 @@ def balancer(g, arm):
     ("hidden", "robot", "named", "terms"),
     [
         ((HOUSING,), "irb4600_60_205", {"link_compliance"}, set()),
-        ((SHOULDER,), "irb4600_60_205", {"bearing_tilt"}, set()),
         ((ELBOW,), "ur10", {"bearing_tilt"}, set()),
         ((SHORT_WRIST, MOTOR), "irb4600_60_205", {"link_geometry", "transmission_error"}, {(3, 41)}),
-        ((STAGES,), "irb4600_60_205", {"transmission_error"}, {(1, 10)}),
         (LINES, "irb4600_60_205", {"transmission_error"}, {(3, 23), (5, 39)}),
         ((balancer,), "irb4600_60_205", {"gravity_compensator"}, set()),
     ],
-    ids=["housing", "shoulder", "elbow of a small arm", "wrist and motor", "a gear in stages", "two lines", "balancer"],
+    ids=["housing", "elbow of a small arm", "wrist and motor", "two lines", "balancer"],
 )
 def test_what_is_missing_is_named_and_the_error_falls_below_the_noise(hidden, robot, named, terms):
     data, true = cell(*hidden, seed=408006, poses=110, robot=robot)
@@ -150,7 +145,7 @@ def test_one_bad_reading_is_no_law():
 
 
 def test_channels_in_another_order_win_nothing():
-    data, _ = cell(kinds.frame_drift, seed=241, poses=80)
+    data, _ = cell(kinds.frame_drift, seed=241, poses=50)
     order = np.random.default_rng(1).permutation(len(data))
     names = ("time", "temperature", "approach")
     state = data.state.with_(**{name: getattr(data.state, name)[order] for name in names})

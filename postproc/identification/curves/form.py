@@ -9,7 +9,7 @@ from operator import mul
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from postproc.arrays import Array
 from postproc.channels.expression import Channel, channel
@@ -279,7 +279,7 @@ class Block:
 def block(
     curve: SignalFunction,
     signal: Signal,
-    numbers: Iterable[Sequence[float]] = ((),),
+    numbers: Iterable[Sequence[float]] | Array = ((),),
     kind: str = "",
     where: str | None = None,
 ) -> Block:
@@ -289,9 +289,14 @@ def block(
         numbers: one row of numbers for each curve; a single curve without numbers by default.
         kind: for the prior odds, the curve's by default; where: the only place at which they make sense, None for all.
     """
-    every = [tuple(some) for some in numbers]
+    every = numbers if isinstance(numbers, np.ndarray) else np.array([tuple(some) for some in numbers], dtype=float)
     like = CurveForm(((curve, signal),), kind=kind or curve.kind, where=where)
-    return Block(like, np.array(every, dtype=float).reshape(len(every), len(curve.numbers)))
+    return Block(like, every.reshape(len(every), len(curve.numbers)))
+
+
+def grid(*axes: ArrayLike) -> Array:
+    """Return (P, K) every combination of the values of K numbers, those of the last one fastest."""
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes)).astype(float)
 
 
 def product_of(first: Block, second: Block, kind: str, where: str | None = None) -> Block:
@@ -316,8 +321,12 @@ class Group:
         return int(self.ends[-1])
 
     def __getitem__(self, at: int) -> CurveForm:
-        which = int(np.searchsorted(self.ends, at, side="right")) - 1
+        which = int(self.block_of(at))
         return self.blocks[which][at - int(self.ends[which])]
+
+    def block_of(self, at: ArrayLike) -> NDArray[np.intp]:
+        """Return the index of the block of each curve, by its number."""
+        return np.asarray(np.searchsorted(self.ends, at, side="right") - 1)
 
     def __iter__(self) -> Iterator[CurveForm]:
         return (pattern for some in self.blocks for pattern in some)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from itertools import product
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from postproc.identification.curves.form import (
     SignalFunction,
     acting,
     block,
+    grid,
     is_angle,
     switching,
 )
@@ -215,7 +215,7 @@ def periods(signal: Signal) -> list[float]:
 
 def sways(signal: Signal) -> Block:
     """Return waves of a signal that is no angle, at the orders of `periods` and four phases each."""
-    return block(WAVE, signal, product(periods(signal), QUARTERS), "sway")
+    return block(WAVE, signal, grid(periods(signal), QUARTERS), "sway")
 
 
 def _edges_at(signal: Signal, places: Iterable[float]) -> list[float]:
@@ -227,17 +227,15 @@ def _edges_at(signal: Signal, places: Iterable[float]) -> list[float]:
 
 def edges(signal: Signal, most: int = FINE) -> list[float]:
     """Return at most ``most`` places where a step can be seen: middles of neighbouring values without a wide gap."""
-    distinct = signal.distinct
-    apart = np.diff(distinct)
-    seen = (apart < GAP * (distinct[-1] - distinct[0])) | (apart < GRID * np.median(apart))
+    between, apart = signal.between
+    seen = (apart < GAP * np.ptp(signal.distinct)) | (apart < GRID * np.median(apart))
     every = slice(None, None, max(1, -(-len(apart) // most)))
-    return (0.5 * (distinct[:-1] + distinct[1:]))[every][seen[every]].tolist()
+    return between[every][seen[every]].tolist()
 
 
 def knots(signal: Signal, most: int = KNOTS) -> list[float]:
     """Return ``most`` evenly spaced places between the 2 % and 98 % quantiles of a signal, where a curve may bend."""
-    low, high = np.quantile(signal.values, [0.02, 0.98]).tolist()
-    return np.linspace(low, high, most).tolist()
+    return np.linspace(*signal.spread, most).tolist()
 
 
 def sharper(pattern: CurveForm) -> Group:
@@ -264,17 +262,17 @@ def _closer(pattern: CurveForm) -> Iterator[Block]:
     near = [_nearby(c, s, current, pattern.level) for c, s, current in pattern.each]
     grids = [places for some in near for places in some]
     if grids and np.prod([len(places) for places in grids]) < MANY:
-        yield Block(pattern, np.array(list(product(*grids))))
+        yield Block(pattern, grid(*grids))
     else:
         fixed_numbers = [[[x] for x in current] for *_, current in pattern.each]
         for k, some in enumerate(near):
             parts = [*fixed_numbers[:k], some, *fixed_numbers[k + 1 :]]
-            yield Block(pattern, np.array(list(product(*(p for part in parts for p in part)))))
+            yield Block(pattern, grid(*(p for part in parts for p in part)))
     # Where an edge lies goes with the axis of a moment.
     for (curve, signal), *others in [pattern.factors]:
         for other in signal.near(pattern.level) if signal.near is not None and not others else ():
             turned = replace(pattern, factors=((curve, other),))
-            yield Block(turned, np.array(list(product(*grids))))
+            yield Block(turned, grid(*grids))
 
 
 def _alternatives(
@@ -289,16 +287,16 @@ def _alternatives(
     extent, alone = float(np.ptp(signal.values)), [(k,) for k in knots(signal)]
     if curve is WAVE and level == 1:
         phases = np.linspace(0.0, 1.0, 36, endpoint=False)
-        yield WAVE, product(numbers[:1], np.pi * phases)
+        yield WAVE, grid(numbers[:1], np.pi * phases)
         for fold in FOLDS:
-            yield fold, product(numbers[:1], phases)
+            yield fold, grid(numbers[:1], phases)
         if numbers[0] * extent > 4 * np.pi:
             # What does not come twice is a step, or acts in a window.
-            yield TOOTH, product(numbers[:1], phases)
-            yield PULSE, product(numbers[:1], phases, DUTIES)
+            yield TOOTH, grid(numbers[:1], phases)
+            yield PULSE, grid(numbers[:1], phases, DUTIES)
     elif curve is WINDOW and level == 1:
         low, high = numbers
-        yield BUMP, product([0.5 * (low + high)], 0.5 * (high - low) * np.geomspace(0.3, 1.0, 7))
+        yield BUMP, grid([0.5 * (low + high)], 0.5 * (high - low) * np.geomspace(0.3, 1.0, 7))
     elif curve is BUMP and level == 1:
         starts, ends = (_next_edges(signal, numbers[0] + side * numbers[1]) for side in (-1, 1))
         yield WINDOW, [(a, b) for a in starts for b in ends if a < b]
@@ -306,11 +304,11 @@ def _alternatives(
         return
     elif curve is STEP:
         yield STEP, [(e,) for e in edges(signal)]
-        yield RISE, product(knots(signal, 40), extent * np.geomspace(0.02, 0.3, 6))
+        yield RISE, grid(knots(signal, 40), extent * np.geomspace(0.02, 0.3, 6))
     elif curve is WINDOW:
         some = edges(signal, 36)
         yield WINDOW, [(a, b) for k, a in enumerate(some) for b in some[k + 1 :]]
-        yield BUMP, product(knots(signal, 60), extent * np.geomspace(0.01, 0.2, 7))
+        yield BUMP, grid(knots(signal, 60), extent * np.geomspace(0.01, 0.2, 7))
     elif curve in SQUARED:
         for new in (curve, SQUARED[curve], BOW):
             yield new, alone
@@ -327,8 +325,8 @@ def _alternatives(
 
 def _nearby(curve: SignalFunction, signal: Signal, numbers: Sequence[float], level: int) -> list[list[float]]:
     """Return for each number of a curve values around it to try, the closer the more often refined (level)."""
-    x, closer, grids = signal.values, 3.0**-level, list[list[float]]()
-    low, high = np.quantile(x, [0.02, 0.98])
+    closer, grids = 3.0**-level, list[list[float]]()
+    low, high = signal.spread
     for kind, number in zip(curve.numbers, numbers, strict=True):
         if kind == "edge":
             grids.append(_next_edges(signal, number))

@@ -72,9 +72,20 @@ class Signal:
         return float(np.median(self.values))
 
     @cached_property
+    def spread(self) -> tuple[float, float]:
+        """The 2 % and 98 % quantiles of its values."""
+        low, high = np.quantile(self.values, [0.02, 0.98]).tolist()
+        return low, high
+
+    @cached_property
     def distinct(self) -> Array:
         """(k,) its distinct values in ascending order."""
         return np.unique(self.values)
+
+    @cached_property
+    def between(self) -> tuple[Array, Array]:
+        """(k - 1,) the middles between neighbouring distinct values, and how far apart these are."""
+        return 0.5 * (self.distinct[:-1] + self.distinct[1:]), np.diff(self.distinct)
 
 
 def channel_signal(name: str, values: Array, state: State) -> Signal:

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.effects.terms import SEATED
@@ -93,11 +92,13 @@ class CurveScreen:
             falls = self._seen(where).falls(values)
             anywhere[use] = np.maximum(anywhere[use], falls)
 
-            def made(k: int, use: NDArray[np.intp] = use) -> CurveForm:
-                """Return the k-th of the curves tried here."""
-                return group[int(use[k])]
-
-            yield from self._ranked(where, falls, self.every.prices[use], made, MOST)
+            evidence = self._evidence_of(where, falls, self.every.prices[use])
+            best = np.argpartition(-evidence, MOST)[:MOST] if len(evidence) > MOST else np.arange(len(evidence))
+            best = best[np.argsort(-evidence[best])]
+            # The best of each block is enough: those beside it are found again where it is refined.
+            first = np.sort(np.unique(group.block_of(use[best]), return_index=True)[1])
+            for k in best[first].tolist():
+                yield self._suspect(where, group[int(use[k])], float(falls[k]), float(evidence[k]))
         yield from (self._tested(where, pattern) for pattern in self.every.wide if self.every.sensible(pattern, where))
 
     def _suspect(self, where: str, form: CurveForm, reduction: float, evidence: float) -> Suspect:
@@ -142,25 +143,28 @@ class CurveScreen:
         _, less = with_and_without_a_row(self._seen(one.where).linear, columns)
         return replace(one, evidence=min(one.evidence, less - one.price))
 
-    def _ranked(self, where: str, falls: Array, price: Array, made: Made, top: int) -> list[Suspect]:
-        """Return suspects for the best of P curves at a place, best first.
+    def _evidence_of(self, where: str, falls: Array, price: Array) -> Array:
+        """Return (P,) log evidence of P curves at a place.
 
         Args:
             where: name of the place; falls: (P,) of the sum of squares; price: (P,) 2 log of the prior odds against
                 each.
-            made: returns the k-th curve.
-            top: how many suspects; a single one carries the curves that fit equally well (`INDISTINCT`).
         """
         seen = self._seen(where)
         square = seen.linear.square
-        evidence = schwarz(square, square - falls, seen.count, seen.linear.freedom) - price
-        order = np.argpartition(-evidence, top)[:top] if len(evidence) > top else np.arange(len(evidence))
-        order = order[np.argsort(-evidence[order])]
-        best = [self._suspect(where, made(k), float(falls[k]), float(evidence[k])) for k in order.tolist()]
-        if top == 1:
-            near = np.flatnonzero(evidence > best[0].evidence - INDISTINCT)
-            best[0] = replace(best[0], equally_good=lambda: map(made, near[:FINE].tolist()))
-        return best
+        return np.asarray(schwarz(square, square - falls, seen.count, seen.linear.freedom) - price)
+
+    def _strongest(self, where: str, falls: Array, price: Array, made: Made) -> Suspect:
+        """Return the suspect of the best of P curves at a place, with those that fit equally well (`INDISTINCT`).
+
+        Args:
+            where, falls, price: as in `_evidence_of`; made: returns the k-th curve.
+        """
+        evidence = self._evidence_of(where, falls, price)
+        k = int(np.argmax(evidence))
+        near = np.flatnonzero(evidence > evidence[k] - INDISTINCT)[:FINE].tolist()
+        best = self._suspect(where, made(k), float(falls[k]), float(evidence[k]))
+        return replace(best, equally_good=lambda: map(made, near))
 
     def _seen(self, where: str) -> Place:
         """Return the prepared `Place` of a name, made once.
@@ -223,8 +227,8 @@ class CurveScreen:
         best = one
         while near := sharper(one.form):
             price = near.of_blocks(lambda b: self.every.price(b.like))
-            refined += self._ranked(one.where, self._seen(one.where).falls(near.values), price, near.__getitem__, 1)
-            one = refined[-1]
+            one = self._strongest(one.where, self._seen(one.where).falls(near.values), price, near.__getitem__)
+            refined.append(one)
             best = max(best, one, key=lambda s: s.evidence)
         return best
 
@@ -244,18 +248,18 @@ class CurveScreen:
         if not parts:
             return []
         falls = np.concatenate([self._seen(one.where).falls(values) for values, _ in parts])
-        which = [(product, k) for values, product in parts for k in range(values.shape[1])]
+        ends = np.cumsum([0, *(values.shape[1] for values, _ in parts)])
 
         def made(k: int) -> CurveForm:
             """Return the k-th product, at the price of having tried them all."""
-            product, at = which[k]
-            return replace(product(at), tries=one.form.tries * len(which))
+            which = int(np.searchsorted(ends, k, side="right")) - 1
+            return replace(parts[which][1](k - int(ends[which])), tries=one.form.tries * len(falls))
 
-        price = np.full(len(falls), 2 * np.log(len(which)) + self.every.price(one.form))
-        ranked = self._ranked(one.where, falls, price, made, 1)
+        price = np.full(len(falls), 2 * np.log(len(falls)) + self.every.price(one.form))
+        best = self._strongest(one.where, falls, price, made)
         # A switch that is worth its price is nearly so at the coarse edge nearest to its own.
         near = one.evidence - UNNAMED_LOG_PRIOR
-        return [s for s in ranked if s.evidence > near and self.every.sensible(s.form, s.where)]
+        return [best] if best.evidence > near and self.every.sensible(best.form, best.where) else []
 
 
 def _kind(one: Suspect) -> Kind:

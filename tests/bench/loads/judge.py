@@ -70,8 +70,8 @@ def change_sigma(model: Model, one: Set) -> np.ndarray:
     known = read_uncertainty(model)
     if known is None:
         return np.full((LOADS, len(one.asked), 3), np.nan)
-    held, unseen = getattr(known, "held", ()), np.asarray(getattr(known, "unseen", ()))
-    at = derivatives(model, asked_state(model, one), (*known.parameters, *held))[0]
+    unseen = np.asarray(known.unseen)
+    at = derivatives(model, asked_state(model, one), known.all_parameters)[0]
     at = at.reshape(LOADS + 1, len(one.asked), 3, -1)
     d, count = at[1:] - at[0], len(known.parameters)
     variance = np.einsum("knip,pq,kniq->kni", d[..., :count], known.covariance, d[..., :count], optimize=True)
