@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,7 +30,7 @@ class Alignment:
         tool: (3,) the measured point in the flange frame [m].
         scale: instrument length over nominal length; 1 where the units are right.
         mirrored: the best linear map turns right hands into left ones (swapped columns, wrong sign).
-        residual: (n, 3) measured minus aligned [m]; NaN where the scale is outside of 0.2 to 5.
+        residual: (n, 3) measured minus aligned [m]; NaN where the scale is outside of 0.2 to 5, or none that is looked for.
         typical: median length of the residual [m]; infinite at such a scale.
     """
 
@@ -42,7 +43,11 @@ class Alignment:
 
 
 def align(
-    T_base_flange: Array, position: Array, tool: bool = True, fitted: NDArray[np.bool_] | None = None
+    T_base_flange: Array,
+    position: Array,
+    tool: bool = True,
+    fitted: NDArray[np.bool_] | None = None,
+    scales: Sequence[float] = (),
 ) -> Alignment:
     """Fit the place of the base in the instrument's frame and the measured point t to y = T_instrument_base (p + R t).
 
@@ -56,9 +61,10 @@ def align(
         T_base_flange: (n, 4, 4) [m] with rotation R and position p; position: (n, 3) measured y [m], finite.
         tool: whether t is fitted; False where the measured point is the origin of the flange frames, so that t = 0.
         fitted: (n,) mask of the points that count, all by default; residuals are of all points.
+        scales: those that are looked for: what is mirrored or has no such scale (`SAME_SCALE`) is not refined.
     """
     if fitted is not None and not fitted.all():
-        part = align(T_base_flange[fitted], position[fitted], tool)
+        part = align(T_base_flange[fitted], position[fitted], tool, scales=scales)
         T = part.T_instrument_base @ T_base_flange
         return replace(part, residual=position - T[:, :3, :3] @ part.tool - T[:, :3, 3])
     R, p, y = T_base_flange[:, :3, :3], T_base_flange[:, :3, 3], position
@@ -85,7 +91,8 @@ def align(
     if about is not None:
         return about
     point = np.asarray(solution[12:], dtype=float)
-    if not 0.2 < scale < 5:
+    unwanted = bool(scales) and (mirrored or all(abs(scale / one - 1) > SAME_SCALE for one in scales))
+    if unwanted or not 0.2 < scale < 5:
         return Alignment(np.eye(4), point, scale, mirrored, np.full((n, 3), np.nan), np.inf)
     rotation = (U @ np.diag([1, 1, np.linalg.det(U @ Vt)]) @ Vt).T
     result = _refine(R if tool else np.zeros_like(R), p, y, rotation, point)

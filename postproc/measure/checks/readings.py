@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, product
 from typing import Any
@@ -20,6 +20,8 @@ from postproc.robot.kinematics import forward
 
 SUSPICIOUS_M = 0.010
 """No arm with its zeros set misses its nominal kinematics by more than this in the median row."""
+FITTING = (1.0,)
+"""Scale of points and arm that fit."""
 MISMATCH_M = 0.050
 """Where nothing else explains a residual of so much, the table and the arm do not belong together."""
 SAME_LENGTHS_M = 1e-9
@@ -68,12 +70,15 @@ class PlacedArm:
         return self if self.T_reference_base is None else PlacedArm(self.robot, self.T_reference_base[index])
 
 
-def align_arm(arm: PlacedArm, q: Array, position: Array) -> Alignment:
+def align_arm(arm: PlacedArm, q: Array, position: Array, scales: Sequence[float] = ()) -> Alignment:
     """Return the alignment of the nominal arm at joint angles (n, 6) [rad] with measured points (n, 3) [m].
 
     Points far from all others (a lost beam, 1e9) are not fitted; residuals are of all points.
+
+    Args:
+        scales: as `align` has them.
     """
-    return align(arm.flange(q), position, fitted=near(position))
+    return align(arm.flange(q), position, fitted=near(position), scales=scales)
 
 
 def near(position: Array) -> NDArray[np.bool_]:
@@ -115,14 +120,15 @@ def other_reading(
     """
     best, reading = as_read.typical / CLEARER, None
     mirror = "the points are mirrored: two of `x_mm`, `y_mm`, `z_mm` are swapped, or one has the wrong sign"
-    mirrored = align_arm(arm, q, position[:, [1, 0, 2]])
+    mirrored = align_arm(arm, q, position[:, [1, 0, 2]], FITTING)
     in_mirror = fits(mirrored) and mirrored.typical < best
+    lengths = ((1.0, "", ""), *other_lengths(unit))
     for q_other, text, help_ in _joints(q):
-        other = align_arm(arm, q_other, position)
-        for factor, look, short in ((1.0, "", ""), *other_lengths(unit)):
+        other = align_arm(arm, q_other, position, [factor for factor, _, _ in lengths])
+        for factor, look, short in lengths:
             if abs(other.scale / factor - 1) > SAME_SCALE:
                 continue
-            fit = other if factor == 1.0 else align_arm(arm, q_other, position / factor)
+            fit = other if factor == 1.0 else align_arm(arm, q_other, position / factor, FITTING)
             if fits(fit) and fit.typical < best and allowed(q_other):
                 best = fit.typical / 2
                 length = f"the positions {look}" if look else ""
@@ -154,7 +160,7 @@ def slipped(arm: PlacedArm, q: Array, position: Array) -> tuple[int, int, int] |
         fitted[: n // 3] = first
         fitted[n - n // 3 : n] = not first
         both = np.concatenate([np.roll(flange, shift, axis=0) for shift in (step, other)])
-        known = align(both, np.tile(position, (2, 1)), fitted=fitted)
+        known = align(both, np.tile(position, (2, 1)), fitted=fitted, scales=FITTING)
         near = (np.linalg.norm(known.residual, axis=1) < MISMATCH_M).reshape(2, n)[:: 1 if first else -1]
         right = np.append(0, np.cumsum(near[0])) + np.append(np.cumsum(near[1, ::-1])[::-1], 0)
         if fits(known) and right.max() > most:
@@ -170,7 +176,7 @@ def other_arms(arm: PlacedArm, q: Array, position: Array) -> list[str]:
     typical_of: dict[str, float] = {}
     for name in list_robots():
         try:
-            other = align_arm(replace(arm, robot=load_robot(name)), q, position)
+            other = align_arm(replace(arm, robot=load_robot(name)), q, position, FITTING)
         except PostprocError:
             continue
         if fits(other) and name != arm.robot.name:
