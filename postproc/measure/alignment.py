@@ -30,7 +30,8 @@ class Alignment:
         tool: (3,) the measured point in the flange frame [m].
         scale: instrument length over nominal length; 1 where the units are right.
         mirrored: the best linear map turns right hands into left ones (swapped columns, wrong sign).
-        residual: (n, 3) measured minus aligned [m]; NaN where the scale is outside of 0.2 to 5, or none that is looked for.
+        residual: (n, 3) measured minus aligned [m]; NaN where the scale is outside of 0.2 to 5, or not one
+            that is looked for.
         typical: median length of the residual [m]; infinite at such a scale.
     """
 
