@@ -15,6 +15,7 @@ from postproc.diagnostics import visible
 if TYPE_CHECKING:
     from postproc.watch import Watch
 
+EVERY_S = 1.0  # [s] after which the line is shown, and shown anew
 CLEAR = "\r\x1b[K"  # the line of a terminal on which the cursor is
 
 
@@ -66,10 +67,10 @@ def watching(what: str = "", lines: int = 0) -> Iterator[Watch]:
 
     def tell() -> None:
         """Print the progress until the work is done."""
-        while not done.wait(1.0):
+        while not done.wait(EVERY_S):
             # What wraps could not be taken back.
             print_stderr(f"\r{work.line(time.monotonic(), width_of(sys.stderr))}\x1b[K", end="")
-        if time.monotonic() - work.begun > 1:
+        if time.monotonic() - work.begun > EVERY_S:
             print_stderr(CLEAR, end="")
 
     teller = threading.Thread(target=tell, daemon=True)

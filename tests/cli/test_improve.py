@@ -172,7 +172,7 @@ def test_every_model_that_is_written_is_taken(
     assert call("fit", table, *ARM, "-o", model).code == 0
     assert call("add", model, kind.__name__, "--data", table, "-o", better).code == 0
     for file in (model, better):
-        done = call("compensate", samples / "hull_seam.mod", "-m", file, "-o", tmp_path / "out.mod")
+        done = call("compensate", samples / "paper_case.mod", "-m", file, "-o", tmp_path / "out.mod")
         assert done.code == 0, done.err
 
 

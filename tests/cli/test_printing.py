@@ -153,6 +153,7 @@ def test_the_line_of_a_long_work_tells_rate_and_remaining_time(
     clock = [0.0]
     show_on_terminal(monkeypatch, 200)
     monkeypatch.setattr("postproc.cli.progress.time.monotonic", lambda: clock[0])
+    monkeypatch.setattr("postproc.cli.progress.EVERY_S", 0.02)
     with watching("correcting `a.mod`", 20_000) as watch:
 
         def line(now: float) -> str:

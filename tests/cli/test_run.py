@@ -67,16 +67,19 @@ def test_a_full_disk_is_told() -> None:
     assert done.stderr.startswith(b"error[CLI008]: cannot write to stdout: the disk is full\n  = help: make space")
 
 
-@pytest.mark.parametrize("stream", ["stdout", "stderr"])
-def test_files_are_written_whoever_reads(samples: Path, tmp_path: Path, stream: str) -> None:
-    data, form = samples / "measurements" / "simulated_backlash.csv", ["--json"] if stream == "stdout" else []
-    fit = ("fit", data, "--robot", "irb4600_60_205", "--effects", "instrument_frame,tool_frame")
-    for words in (fit, ("compensate", samples / "paper_case.mod", *form)):
-        out = tmp_path / words[0]
-        done = process(*words, "-o", out, cwd=samples.parent, **{stream: closed_pipe()})
-        assert b"Error" not in (done.stderr or b"")
-        assert stream == "stdout" or done.returncode == 0
-        assert out.stat().st_size > 0
+FIT = ("fit", "samples/measurements/simulated_backlash.csv", "--robot", "irb4600_60_205")
+
+
+@pytest.mark.parametrize(
+    ("stream", "words"),
+    [("stderr", FIT), ("stdout", ("compensate", "samples/paper_case.mod", "--json"))],
+)
+def test_files_are_written_whoever_reads(samples: Path, tmp_path: Path, stream: str, words: tuple[str, ...]) -> None:
+    out = tmp_path / words[0]
+    done = process(*words, "-o", out, cwd=samples.parent, **{stream: closed_pipe()})
+    assert b"Error" not in (done.stderr or b"")
+    assert stream == "stdout" or done.returncode == 0
+    assert out.stat().st_size > 0
 
 
 def test_streams_may_be_closed(samples: Path, tmp_path: Path) -> None:

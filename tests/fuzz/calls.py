@@ -27,6 +27,7 @@ from tests.batch.build import BACKINFO, MOC, SYS, backup, program, write
 STEP = 9
 SECONDS, WAITING = 20, 120  # of work, and in all: others may be busy on this machine
 ARM = ("--robot", "irb4600_60_205")
+NOWHERE = "nowhere://127.0.0.1:9"  # refused at once, where an address that may yet answer is waited for
 ODD = os.fsdecode(b"w\xe9ld\xff.mod")
 Call = tuple[Callable[[], object] | None, tuple[str, ...]]
 DATA = b"MODULE a\nENDMODULE\n"
@@ -203,7 +204,7 @@ def calls() -> Iterator[Call]:
         yield lambda data=data: Path("odd.toml").write_bytes(data), ("inspect", "a.mod", "-m", "odd.toml")
         yield (
             lambda data=data: Path("odd.toml").write_bytes(data),
-            ("batch", "odd.toml", "-o", "out", "--scheduler", "tcp://127.0.0.1:9"),
+            ("batch", "odd.toml", "-o", "out", "--scheduler", NOWHERE),
         )
         yield (
             lambda data=data: Path("odd.toml").write_bytes(data),
@@ -239,7 +240,7 @@ def _backups() -> Iterator[Call]:
         ):
             spoilt = partial(_spoil, name, data)
             yield spoilt, ("compensate", "b/RAPID/TASK1/PROGMOD/Seam.mod", "--check")
-            yield spoilt, ("batch", "b", "-o", "out", "--scheduler", "tcp://127.0.0.1:9")
+            yield spoilt, ("batch", "b", "-o", "out", "--scheduler", NOWHERE)
 
 
 def _spoil(name: str, data: bytes) -> None:
