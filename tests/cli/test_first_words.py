@@ -9,6 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from postproc.compensation.judgement.figures import legend
+from postproc.numbers import on_arm_text, percent_range
+from postproc.results.convert.figures import figure_table
 from tests.compensation.build import PROCESS, effect, small
 
 from .conftest import Call
@@ -78,3 +81,32 @@ def test_the_same_figures_lead_in_all_that_is_written(call_as_written: Call, tmp
             assert shares in where and readings.replace("`", "") in where
     else:
         assert "dial gauge" not in "".join((*header, made.err, shown, words_of(page), words_of(certificate)))
+
+
+def test_statements_are_counted_alike_by_every_command(call_as_written: Call, tmp_path: Path) -> None:
+    program, out, arm = tmp_path / "seam.mod", tmp_path / "out.mod", ("--robot", "irb4600_60_205")
+    program.write_text(SEAM, "latin-1")
+    made = call_as_written("compensate", program, *arm, "-o", out).err
+    (corrected,) = re.findall(r"^  (\d+ of \d+ motion statements) corrected", made, re.MULTILINE)
+    checked = call_as_written("compensate", program, *arm, "--check").err.splitlines()[-1]
+    compared = call_as_written("diff", program, out).out.splitlines()[0]
+    assert corrected == "3 of 3 motion statements"
+    assert checked.startswith(f"`{program}` would change: {corrected} differ, by up to ")
+    assert compared.rstrip(".") == checked.partition(": ")[2]
+
+
+def test_rows_without_a_tolerance_stand_where_they_say_something_with_what_they_are() -> None:
+    places = [("weld", 0.04, 0.1), ("air", 0.05, 0.2), ("speed_changes", 0.09, None), ("correction_jumps", 0.3, None)]
+    figures = [
+        {"place": place, "before_mm": 1.0, "after_mm": after, "tolerance_mm": tolerance, "expected_on_arm_mm": None}
+        for place, after, tolerance in places
+    ]
+    table = figure_table({"tolerance_mm": 0.1, "figures": figures, "from_programmed_path": None})
+    assert [row[0] for row in table.rows] == ["weld", "air", "correction jumps"]
+    jumps = "correction jumps: a load changes or a joint turns back, without the arc. No tolerance holds there."
+    assert legend(figures) == jumps and legend(figures[:3]) == ""
+
+
+def test_an_interval_whose_ends_read_alike_is_one_figure() -> None:
+    assert on_arm_text([0.211, 0.214], 2) == "0.21 mm" and on_arm_text([0.211, 0.214], 3) == "0.211 to 0.214 mm"
+    assert (percent_range([0.351, 0.353]), percent_range([0.03, 0.45])) == ("35 %", "3 to 45 %")
