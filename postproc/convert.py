@@ -207,7 +207,7 @@ def prove(
     drawn = doubt_drawn(draft.shifts, plan.motion.moves, draft.options)
     draft = draft.with_findings([*findings, *further, *drawn])
     # What a fit knows is the arm with everything that its model holds.
-    complete = not any(d.matter is Matter.NOT_WHOLE for d in draft.findings)
+    complete = not any(d.matter is Matter.OMITTED for d in draft.findings)
     judged = JudgedProgram(
         options=plan.motion.options,
         outcomes=tuple(outcomes),

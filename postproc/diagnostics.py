@@ -119,9 +119,9 @@ class Matter(Enum):
     CELL = auto()  # what holds tool and work or moves them, which no other value of a target changes
     MEASURED = auto()  # data that the program itself measures
     TAUGHT_MOVED = auto()  # data that is to be taught, and that the program moves
-    LEFT = auto()  # a statement that is left as it is
+    SKIPPED = auto()  # a statement that is left as it is
     STILL = auto()  # a program that moves nothing
-    NOT_WHOLE = auto()  # a part of the model that does not hold for the program
+    OMITTED = auto()  # a part of the model that does not hold for the program
     CONTROLLER = auto()  # what the controller does, or could do
     OFF = auto()  # a statement that stays farther off than its tolerance
     READ_ALONG = auto()  # a file near a program that declares what it lacks

@@ -25,7 +25,7 @@ from postproc.cli.run import BAD_INPUT, guarded, run
 from postproc.diagnostics import PostprocError
 from postproc.rapid.program.program import ENDINGS
 
-CHECKED = frozenset({".mod", ".prg", ".modx"})
+MODULE_SUFFIXES = frozenset({".mod", ".prg", ".modx"})
 """Endings of programs, which are looked for in a folder; system modules are lent to them."""
 
 
@@ -102,7 +102,7 @@ def _in_folder(folders: dict[str, Path]) -> list[Path]:
 def _below(folder: Path | None) -> list[Path]:
     """Return the programs below a folder, sorted; none for None."""
     every = () if folder is None else folder.rglob("*")
-    return sorted(path for path in every if path.suffix.lower() in CHECKED and path.is_file())
+    return sorted(path for path in every if path.suffix.lower() in MODULE_SUFFIXES and path.is_file())
 
 
 def _command(name: str, program: Path, folders: dict[str, Path]) -> list[str]:

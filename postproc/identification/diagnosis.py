@@ -157,13 +157,13 @@ def shortage(fit: Fit) -> Shortage | None:
     A fit then hides what is missing. The unknowns of set-ups are no parameters, and take as many numbers: of a gauge
     every set-up of two readings has a zero of its own.
     """
-    own = sum(not ((e := fit.model.effect(key)) and e.role is Role.SETUPS) for key, _ in fit.parameters)
-    if fit.freedom >= 2 * own:
+    parameters = sum(not ((e := fit.model.effect(key)) and e.role is Role.SETUPS) for key, _ in fit.parameters)
+    if fit.freedom >= 2 * parameters:
         return None
-    lacking = max(3 * own - (len(fit.problem.residual) - len(fit.parameters) + own), 1)
+    lacking = max(3 * parameters - (len(fit.problem.residual) - len(fit.parameters) + parameters), 1)
     state = fit.data.state
     kinds = [kind_of(name) for name in state.setup_of_rows.tolist() if name]
     if not kinds:
-        return Shortage(own, int(np.ceil(lacking / 3)))
+        return Shortage(parameters, int(np.ceil(lacking / 3)))
     kind = max(kinds, key=kinds.count)
-    return Shortage(own, int(np.ceil(lacking / kind.each)), kind.column, kind.item)
+    return Shortage(parameters, int(np.ceil(lacking / kind.each)), kind.column, kind.item)

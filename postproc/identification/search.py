@@ -110,7 +110,7 @@ def backward(state: SearchState) -> SearchState:
             state, done = best, set()
             continue
         similar, unseen = indistinguishable(without.ranked, one, without.fit, state.fit)
-        state = state.with_rivals(replace(one, alike=similar, unseen=unseen))
+        state = state.with_rivals(replace(one, rivals=similar, unseen=unseen))
     return state
 
 

@@ -60,7 +60,7 @@ def test_no_file_name_ends_the_document_of_a_page() -> None:
 
 
 def test_what_nobody_knows_of_the_accuracy_is_said() -> None:
-    left_out = Diagnostic("CMP016", "warning", "`rail_sag` reads `rail_m`", matter=Matter.NOT_WHOLE)
+    left_out = Diagnostic("CMP016", "warning", "`rail_sag` reads `rail_m`", matter=Matter.OMITTED)
     assert unknown_accuracy().startswith("the model was not fitted")
     assert unknown_accuracy([left_out]).startswith("not all of the model holds here")
 

@@ -167,6 +167,6 @@ def test_what_no_row_told_costs_as_much_as_the_lever_and_the_torque_say():
     found = undetermined_under_load(model, state, np.sqrt(3))
     assert found.name == FIRST and np.flatnonzero(found.pull).tolist() == [1]
     assert found.within_95 == pytest.approx(sigma * force * radius**2, rel=0.01)
-    assert found.told == pytest.approx(sigma * 100.0 * radius**2, rel=0.01)
+    assert found.pull_displacement == pytest.approx(sigma * 100.0 * radius**2, rel=0.01)
     assert predict_sigma(model, state)[0] * np.sqrt(3) == pytest.approx(found.within_95, rel=1e-6)
     assert undetermined_under_load(plain, plain.state(np.zeros((1, 6))), 1.0) is None

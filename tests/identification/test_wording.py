@@ -204,7 +204,7 @@ def test_what_follows_time_or_one_temperature_has_its_column_to_record(channel, 
     ],
 )  # fmt: skip
 def test_what_a_name_could_as_well_be_is_told_from_what_it_hides(rivals, named, doubt, figure):
-    load = _missing("arm_load", "body 3", alike=rivals, unseen=("session",))
+    load = _missing("arm_load", "body 3", rivals=rivals, unseen=("session",))
     assert load.not_separable == (*rivals, "session")
     found = _found("missing", [load, _missing("backlash")])
     assert headline(found).split(". ")[0] == f"The model lacks {named}"

@@ -90,8 +90,8 @@ def _workers(stated: int | None, scheduler: str | None, place: Path) -> int | No
     """Return the number of worker processes: as stated, else that of the settings file of the folder ``place``."""
     from postproc.settings_files import find_settings
 
-    found = find_settings(place) if stated is None and scheduler is None else None
-    return stated if found is None else found[1].batch.workers
+    settings_file = find_settings(place) if stated is None and scheduler is None else None
+    return stated if settings_file is None else settings_file[1].batch.workers
 
 
 def _convert(ready: Ready, workers: int | None, scheduler: str | None) -> tuple[Batch, Reporter]:

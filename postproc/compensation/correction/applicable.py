@@ -56,7 +56,7 @@ def applicable_model(model: Model, events: Sequence[MotionEvent], options: Optio
     findings += [*_without_load(model, options, source), *_turned(model, events), *_of_controller(model, source)]
     for name in sorted(stated - {n for e in model.effects for n in e.reads if n not in known}):
         text, help_ = f"no effect of the model waits for a channel `{name}`", "check its spelling, or leave it out"
-        findings.append(Diagnostic("CMP016", "error", text, source, None, help_, Matter.NOT_WHOLE))
+        findings.append(Diagnostic("CMP016", "error", text, source, None, help_, Matter.OMITTED))
     for effect in model.effects:
         if effect.about_data or _moves_instrument(model, effect):
             continue
@@ -64,7 +64,7 @@ def applicable_model(model: Model, events: Sequence[MotionEvent], options: Optio
             names = " and ".join(f"`eax_{axis}`" for axis in unknown)
             text = f"`{effect.key}` speaks of {names}, and nobody says what carries the arm or its work there"
             help_ = "describe the axis in `[[external_axes]]` of the model or with `--cell` (docs/my-cell.md)"
-            finding = Diagnostic("CMP016", "warning", f"{text}: it is left out", source, None, help_, Matter.NOT_WHOLE)
+            finding = Diagnostic("CMP016", "warning", f"{text}: it is left out", source, None, help_, Matter.OMITTED)
             findings.append(finding)
             if len(unknown) == len(effect.external_axes):
                 continue
@@ -73,7 +73,7 @@ def applicable_model(model: Model, events: Sequence[MotionEvent], options: Optio
             text = f"`{effect.key}` is left out: it reads {names}, which a program does not tell"
             flags = " ".join(f"--channel {quote(name)}=NUMBER" for name in untold)
             help_ = f"what it does to the arm stays in the path; say {flags}"
-            findings.append(Diagnostic("CMP016", "warning", text, source, None, help_, Matter.NOT_WHOLE))
+            findings.append(Diagnostic("CMP016", "warning", text, source, None, help_, Matter.OMITTED))
             continue
         if effect.role is Role.TOOL_FRAME:
             carried, finding = _carry_tool(model, effect, events)

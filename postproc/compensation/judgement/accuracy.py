@@ -148,9 +148,9 @@ def _expect_accuracy(
     sizes = float(np.sqrt(np.mean(sigma**2))), float(WITHIN_95 * sigma.max())
     worst = np.array([np.argmax(np.where(mask, sigma, 0.0)) for mask in (welding | ~welding.any(), True)])
     covariance = position_covariance(model, at_goals.rows(worst), known, instrument=False)
-    welding_there, in_air = map(length_interval, covariance + parts[1, worst, None, None] ** 2 * np.eye(3))
+    welding_interval, air_interval = map(length_interval, covariance + parts[1, worst, None, None] ** 2 * np.eye(3))
     return Accuracy(
-        *sizes, (by_parameters, unexplained), welding_there, in_air, by_weights, undetermined, beyond
+        *sizes, (by_parameters, unexplained), welding_interval, air_interval, by_weights, undetermined, beyond
     ), findings
 
 

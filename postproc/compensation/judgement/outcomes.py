@@ -44,7 +44,7 @@ LENT_START = (
 )
 STAYING_START = "the arm comes from a target that stays as it is: see the finding there"
 CHECK_AROUND = "what is corrected beside it begins or ends here: check the path around this statement"
-FOLLOWS = "it follows the target that it is derived from"
+DERIVED = "it follows the target that it is derived from"
 JOINT_TARGET = "a joint target states joint angles, not a place: it is left as it is"
 NO_ARM_MOTION = "it does not move the arm"
 ENDS = "its ends are corrected on the controller, and the way between them follows those"
@@ -119,7 +119,7 @@ def _uncorrected(outcome: StatementOutcome, runs: Sequence[MotionEvent] = ()) ->
         return []
     advice = next((set_first(event.unknowns) for event in runs if event.reason), None) or CHECK_AROUND
     text = f"left as it is: {outcome.reason}"
-    return [finding("CMP005", "warning", outcome.statement, text, advice, matter=Matter.LEFT)]
+    return [finding("CMP005", "warning", outcome.statement, text, advice, matter=Matter.SKIPPED)]
 
 
 def _beyond_tolerance(
@@ -160,7 +160,7 @@ def _why(
     moves = plan.motion.moves
     start = moves[farthest - 1] if farthest and not moves[farthest].first else moves[farthest]
     if plan.places.get(moves[farthest].event.statement.key) == "derived":
-        return FOLLOWS
+        return DERIVED
     if not on_the_way and not plan.relaxed.isdisjoint(rows):
         return SHARED
     key = start.event.statement.key
@@ -220,7 +220,7 @@ def _outcome(
     edited = plan.places.get(statement.key)
     begun = [_begins_anywhere(plan.motion.moves[i]) for i in rows]
     if edited == "derived":
-        reason = FOLLOWS
+        reason = DERIVED
     elif not plan.relaxed.isdisjoint(rows):
         reason = SHARED
     elif any(begun):

@@ -77,9 +77,9 @@ def find_seams(
     passing = in_transition(plan, after, [t for t in plan.transitions if not at_work(plan, t)])
     in_figures = before.space & before.steady, after.space & after.steady & ~passing
     # Such targets are corrected for the state in which the next move starts, not for their own.
-    own = ~np.isin(np.arange(len(moves)), [t.move for t in plan.transitions if t.where == BEFORE_TARGET and t.of_load])
-    sizes = [_by_move(d, rows, own) for d, rows in zip((before, after), in_figures, strict=True)]
-    whole = after.largest_of_moves(in_figures[1])
+    mask = ~np.isin(np.arange(len(moves)), [t.move for t in plan.transitions if t.where == BEFORE_TARGET and t.of_load])
+    sizes = [_by_move(d, rows, mask) for d, rows in zip((before, after), in_figures, strict=True)]
+    largest = after.largest_of_moves(in_figures[1])
     added = grouped((insertion.statement.key, insertion) for insertion in plan.insertions)
     seams = []
     by_key = {o.statement.key: o for o in outcomes}
@@ -89,7 +89,7 @@ def find_seams(
         known = [i for i in burning if not moves[i].first]
         length = sum(float(samples.curves.length[rows[key][0]]) for key in keys if key in rows)
         was, stays = (_largest(of_moves[known]) if known else None for of_moves in sizes)
-        kept = bool(known) and bool((whole[known] <= plan.path_tolerance[known]).all())
+        kept = bool(known) and bool((largest[known] <= plan.path_tolerance[known]).all())
         runs = max((len(rows.get(key, ())) for key in keys), default=0)
         count = sum(len(added.get(key, ())) for key in keys[1:])
         group = tuple(by_key[key] for key in keys)

@@ -89,12 +89,12 @@ class WeldTargets:
             measured: poses whose positions the rows hold: what no effect explains is told near them, too.
         """
         E, far = self.errors(known), np.zeros(len(self.state))
-        told = E @ (np.eye(len(open_causes)) - open_causes) @ E.mT
+        reduction = E @ (np.eye(len(open_causes)) - open_causes) @ E.mT
         if (field := known.measured) is not None:
             rows = field.rows if measured is None else np.vstack([field.rows, coordinates(measured, field.names)])
             far = 1.0 - replace(field, rows=rows).known(self.state)
         unexplained = known.unexplained**2 + known.beyond**2 * far[:, None, None]
-        covariance = position_covariance(self.model, self.state, known, instrument=False) - told
+        covariance = position_covariance(self.model, self.state, known, instrument=False) - reduction
         covariance = covariance + unexplained * np.eye(3)
         return length_interval(covariance[np.argmax(np.trace(covariance, axis1=1, axis2=2))])
 

@@ -31,8 +31,8 @@ class Candidate:
             tried.
         starts: itself and its next best forms, where its evidence must be found by full fits.
         fit: the full fit that it was judged by, if any.
-        alike: of one that the model lacks, keys of effects that explain this data nearly as well; unseen: of those that
-            would not be seen beside it.
+        rivals: of one that the model lacks, keys of effects that explain this data nearly as well.
+        unseen: keys of those that would not be seen beside it.
         held_out_after: held-out rms [m], [rad] of angles, once it and those taken before it are in the model.
         curve: of a curve, where it acts and what it follows; None for an effect of the library.
     """
@@ -49,7 +49,7 @@ class Candidate:
     p_value: float
     starts: tuple[Candidate, ...] = ()
     fit: Fit | None = None
-    alike: tuple[str, ...] = ()
+    rivals: tuple[str, ...] = ()
     unseen: tuple[str, ...] = ()
     held_out_after: float = float("nan")
     curve: Suspect | None = None
@@ -84,7 +84,7 @@ class Candidate:
     @property
     def not_separable(self) -> tuple[str, ...]:
         """Keys of the effects that this data does not tell from it, or that it may hide."""
-        return (*self.alike, *self.unseen)
+        return (*self.rivals, *self.unseen)
 
     def columns(self, problem: Problem) -> Array:
         """Return (N, k) whitened derivatives by its k free amplitudes, in units of their ordinary sizes."""

@@ -28,7 +28,7 @@ class Undetermined:
         value, sigma: of that parameter.
         largest: distance [m] that holds 95 % of the errors by that parameter alone.
         pull: (6,) load on the TCP [N], [N m] in base axes that moves the TCP most by it; None where no load does.
-        told: move of the TCP [m] by one standard deviation of the parameter under that load, at the best poses.
+        pull_displacement: of the TCP [m] by one standard deviation of the parameter under that load, at the best poses.
     """
 
     within_95: float
@@ -39,7 +39,7 @@ class Undetermined:
     sigma: float
     largest: float
     pull: Array | None
-    told: float
+    pull_displacement: float
 
 
 def undetermined_under_load(model: Model, state: State, within_95: float) -> Undetermined | None:

@@ -79,10 +79,10 @@ class FileDiff:
         path: below both folders, with ``/``.
         status: ``added`` stands in the second folder alone, ``removed`` in the first; ``unreadable`` has other bytes
             and is no program that can be read, which ``reason`` explains.
-        found: what differs, empty where no programs were compared.
+        difference: what differs, empty where no programs were compared.
     """
 
     path: str
     status: Literal["equal", "changed", "added", "removed", "unreadable"]
     reason: str | None = None
-    found: ProgramDiff = ProgramDiff(())
+    difference: ProgramDiff = ProgramDiff(())

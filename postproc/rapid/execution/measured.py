@@ -64,7 +64,9 @@ def with_advice(
         for unknown in event.unknowns
         if (declaration := _stored_in(unknown, program)) is not None and declaration.key in measured
     }  # fmt: skip
-    return [replace(d, help=advice.get((d.source, d.span), d.help)) if d.matter is Matter.LEFT else d for d in findings]
+    return [
+        replace(d, help=advice.get((d.source, d.span), d.help)) if d.matter is Matter.SKIPPED else d for d in findings
+    ]
 
 
 def _finding(declaration: Declaration, event: MotionEvent, unknown: Unknown, offered: Sequence[str]) -> Diagnostic:

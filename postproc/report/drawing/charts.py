@@ -128,8 +128,8 @@ def bars(block: Bars) -> str:
     known = [level for level in block.bars if level.value is not None]
     floor = block.floor
     # A grey bar may be of any length, and ends where the others do.
-    own = [level.value or 0.0 for level in known if level.name != block.grey or len(known) == 1]
-    percent = 100 / max([*own, floor or 0.0, 1e-12])
+    values = [level.value or 0.0 for level in known if level.name != block.grey or len(known) == 1]
+    percent = 100 / max([*values, floor or 0.0, 1e-12])
     end = "" if floor is None else f'<i class="floor" style="left: {floor * percent:.1f}%"></i>'
     rows = []
     for k, level in enumerate(known):

@@ -14,7 +14,7 @@ from postproc.estimation.priors import prior_at
 from postproc.estimation.solving.step import Name
 from postproc.grouping import grouped
 
-REACH = 3.0
+AXIS_REACH = 3.0
 """Deviations of the prior to which the axis goes on both sides of its value."""
 NORMAL_95 = 1.96
 STRONG, MOST_PAIRS = 0.5, 8
@@ -76,7 +76,7 @@ def parameter_chart(drawn: Sequence[DrawnParameter]) -> str:
         rows.append(f"<h3>{escape(effect)}</h3>")
         for one in some:
             kind = "axis" if one.determined else "axis open"
-            far = "" if abs(one.at) <= REACH else f", {one.at:+.0f} deviations of the prior"
+            far = "" if abs(one.at) <= AXIS_REACH else f", {one.at:+.0f} deviations of the prior"
             width = f"{100 * one.share:.0f} %" if one.share >= 0.005 else "under 1 %"
             note = f"{far}; {width} of the prior's width" if one.determined else "; not told by these rows"
             value = f"{one.text}{note}"
@@ -149,7 +149,7 @@ def correlation_map(fit: Fit, words: Words) -> str:
 
 def _place(x: float) -> float:
     """Return the place [%] on the axis of so many deviations of the prior, at its ends for what is farther."""
-    return float(50 + 50 * np.clip(x / REACH, -1.0, 1.0))
+    return float(50 + 50 * np.clip(x / AXIS_REACH, -1.0, 1.0))
 
 
 def _span(low: float, high: float) -> str:

@@ -65,8 +65,8 @@ def _verdict_text(values: Values) -> str:
     if values["verdict"] == "not_shown":
         return f"The tolerance of {tolerance} is kept in the model; {on_arm}."
     lost = f"The tolerance of {tolerance} is not kept"
-    if left := sum(seam["left"] for seam in values["welds"]):
-        return f"{lost}: {_statements(left, 'left as it is', 'left as they are', 'weld statement')}."
+    if uncorrected := sum(seam["left"] for seam in values["welds"]):
+        return f"{lost}: {_statements(uncorrected, 'left as it is', 'left as they are', 'weld statement')}."
     if values["unproved_statements"] and all(seam["kept"] for seam in values["welds"]):
         return f"That the tolerance of {tolerance} is kept is not proved; {on_arm}."
     along = max((seam["along_after_mm"] or 0.0 for seam in values["welds"]), default=0.0)
@@ -122,7 +122,7 @@ def unknown_accuracy(findings: Iterable[Diagnostic] = (), of_type: bool = False)
         findings: of the conversion; where they say that parts of a model do not hold here, that is the reason given.
         of_type: what is expected on the arm follows from the scatter of its type's stiffness.
     """
-    if any(d.matter is Matter.NOT_WHOLE for d in findings):
+    if any(d.matter is Matter.OMITTED for d in findings):
         return "not all of the model holds here: how near the real torch comes is not known"
     why = "the model was not fitted to measurements of this arm"
     if of_type:
@@ -196,7 +196,7 @@ def _parameter_text(known: Undetermined) -> str:
 
 def _pull_text(known: Undetermined) -> str:
     """Return the cheapest measurement that tells the parameter; that `plan` says it where no pull does."""
-    if known.pull is None or known.told < LEAST_M / 5:
+    if known.pull is None or known.pull_displacement < LEAST_M / 5:
         return "`postproc plan` says which poses tell it."
     axis = int(np.argmax(known.pull))
     size, way = known.pull[axis], "xyz"[axis % 3]

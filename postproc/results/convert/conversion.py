@@ -250,7 +250,7 @@ def undetermined_values(known: Undetermined | None) -> Values:
         **attributes(known, "value", "sigma"),
         "within_95_percent_mm": mm(known.largest),
         "pull": [] if known.pull is None else known.pull.tolist(),
-        "pull_shows_mm": mm(known.told),
+        "pull_shows_mm": mm(known.pull_displacement),
     }
     within = 0.0 if known is None else mm(known.within_95)
     return {"undetermined_under_load_mm": within, "undetermined_parameter": parameter}

@@ -15,7 +15,7 @@ from postproc.report.drawing.differences import differences_data
 DIFFERENCE_COLUMNS = ("what", "where", "line before", "line after", "name")
 AMOUNT_COLUMNS = ("dx [mm]", "dy [mm]", "dz [mm]", "distance [mm]", "angle [deg]", "speed [mm/s]", "was [mm/s]", "else")
 FILES = ("file", "result", "changed", "added", "removed", "compared", "distance [mm]", "angle [deg]", "note")
-LONGEST_TEXT = 24  # letters of a name that leave room for the amounts beside it
+LONGEST_NAME = 24  # letters of a name that leave room for the amounts beside it
 FEW_DIFFERENCES = 3  # differences of a file that a terminal prints where not all are asked for
 NOTE = "Targets in the axes of their work object, from the first program to the second; beyond the tolerance."
 IN_BOTH = "Files by their path in both folders; added stands in the second alone, removed in the first."
@@ -77,10 +77,10 @@ def folders_document(first: str, second: str, files: Sequence[FileDiff], near: t
     rows: list[Sequence[object]] = []
     brief: list[int] = []
     for f in order:
-        largest = (f.found.max_distance_mm, f.found.max_angle_deg)
-        amounts = [round(x, 4) if f.found.compared else None for x in largest]
-        overview.append([f.path, f.status, *f.found.counts.values(), f.found.compared, *amounts, f.reason])
-        differences = [(f.path, *_row(d)) for d in difference_rows(f.found)]
+        largest = (f.difference.max_distance_mm, f.difference.max_angle_deg)
+        amounts = [round(x, 4) if f.difference.compared else None for x in largest]
+        overview.append([f.path, f.status, *f.difference.counts.values(), f.difference.compared, *amounts, f.reason])
+        differences = [(f.path, *_row(d)) for d in difference_rows(f.difference)]
         brief += range(len(rows), len(rows) + len(differences[:FEW_DIFFERENCES]))
         rows += differences
     of_files = DataTable("files", FILES, overview, unequal)
@@ -98,7 +98,7 @@ def folders_document(first: str, second: str, files: Sequence[FileDiff], near: t
         },
         sentence=f"Of {len(files)} files: {_counted(different)}.",
         figures=[
-            Figure("largest distance", max((f.found.max_distance_mm for f in files), default=0.0)),
+            Figure("largest distance", max((f.difference.max_distance_mm for f in files), default=0.0)),
             Figure("files that differ", len(files) - counts["equal"]),
             Figure("statements that differ", len(rows)),
         ],
@@ -125,27 +125,27 @@ def _change_line(f: FileDiff) -> str:
         return f"`{f.path}` comes of no program any more: delete it, or put its program back"
     if f.status == "equal":
         return f"`{f.path}` would not change"
-    if not f.found.differences:
+    if not f.difference.differences:
         return f"`{f.path}` would change, and no motion in it"
-    return f"`{f.path}` would change: {statements_text(f.found)}"
+    return f"`{f.path}` would change: {statements_text(f.difference)}"
 
 
-def statements_text(found: ProgramDiff) -> str:
+def statements_text(difference: ProgramDiff) -> str:
     """Return what differs: ``8 of 9 motion statements differ, by up to 0.46 mm, 2 added``; then all other statements.
 
     The largest distance is that of targets; where that of a circle point is larger, it is said to be one.
     """
-    moved = [d for d in found.differences if d.what == "motion"]
-    others = Counter(d.kind for d in found.differences if d.what != "motion")
+    moved = [d for d in difference.differences if d.what == "motion"]
+    others = Counter(d.kind for d in difference.differences if d.what != "motion")
     kinds = Counter(d.kind for d in moved)
-    parts = [f"{kinds['changed']} of {found.compared} motion statement{'s' * (found.compared != 1)} differ"]
+    parts = [f"{kinds['changed']} of {difference.compared} motion statement{'s' * (difference.compared != 1)} differ"]
     farthest = max(moved, key=lambda d: d.distance_mm or 0.0, default=None)
     if farthest is not None and farthest.distance_mm:
         at = " at a circle point" * farthest.at_circle_point
         parts.append(f"by up to {fixed(farthest.distance_mm, 3)} mm{at}")
     parts += [f"{kinds[kind]} {kind}" for kind in ("added", "removed") if kinds[kind]]
-    rest = ", ".join(f"{others[kind]} {kind}" for kind in ("changed", "added", "removed") if others[kind])
-    return ", ".join(parts) + (f"; other statements and declarations: {rest}" if rest else "")
+    further = ", ".join(f"{others[kind]} {kind}" for kind in ("changed", "added", "removed") if others[kind])
+    return ", ".join(parts) + (f"; other statements and declarations: {further}" if further else "")
 
 
 def _tolerance(mm: float, deg: float) -> str:
@@ -162,10 +162,10 @@ def _file_values(f: FileDiff) -> Values:
     """Return an entry of ``files`` of the document of folders."""
     return {
         **attributes(f, "path", "status", "reason"),
-        "compared": f.found.compared,
-        **f.found.counts,
-        **attributes(f.found, "max_distance_mm", "max_angle_deg"),
-        "differences": difference_rows(f.found),
+        "compared": f.difference.compared,
+        **f.difference.counts,
+        **attributes(f.difference, "max_distance_mm", "max_angle_deg"),
+        "differences": difference_rows(f.difference),
     }
 
 
@@ -183,8 +183,8 @@ def _row(d: Values) -> Sequence[object]:
     amounts = [None if x is None else round(x, 4) for x in (*shift, d["distance_mm"], d["angle_deg"])]
     was, now = d["speed_mm_s"] or (None, None)
     name = f"{d['name']} {d['target']}".rstrip()
-    if len(name) > LONGEST_TEXT and d["what"] == "motion":
-        name = f"{name[: LONGEST_TEXT - 1]}\N{HORIZONTAL ELLIPSIS}"
-    elif len(name) > LONGEST_TEXT:  # a whole statement
-        name, others = f"{name[:LONGEST_TEXT]} ..", [name, *others]
+    if len(name) > LONGEST_NAME and d["what"] == "motion":
+        name = f"{name[: LONGEST_NAME - 1]}\N{HORIZONTAL ELLIPSIS}"
+    elif len(name) > LONGEST_NAME:  # a whole statement
+        name, others = f"{name[:LONGEST_NAME]} ..", [name, *others]
     return [kind, d["place"], d["line_a"], d["line_b"], name, *amounts, now, was, "; ".join(others)]

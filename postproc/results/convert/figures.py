@@ -69,8 +69,8 @@ def weld_notes(values: Values) -> list[Values]:
             before, after = (fixed(weld[key], digits) for key in ("before_mm", "after_mm"))
             expected = f"{before} mm before, {after} mm after in the model (tolerance {values['tolerance_mm']:g} mm), "
             expected += f"expected on the arm: {on_arm_text(weld['expected_on_arm_mm'], digits)}"
-        left = f"; {weld['left']} of its statements stay uncorrected" if weld["left"] else ""
-        message = f"weld `{weld['name']}`, {where}: {expected}{left}"
+        uncorrected = f"; {weld['left']} of its statements stay uncorrected" if weld["left"] else ""
+        message = f"weld `{weld['name']}`, {where}: {expected}{uncorrected}"
         place = {"path": weld["path"], "line": weld["line_from"], "column": None}
         notes.append({"severity": "info", "code": None, "message": message, "help": None, **place})
     return notes

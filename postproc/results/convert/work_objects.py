@@ -11,7 +11,7 @@ from postproc.numbers import mm
 from postproc.report.blocks import DataTable, Section, Values
 
 MOST_LISTED = 3  # work objects that get a line; a table has all
-NOTE = "The rigid motion that fits the corrections of the arm at rest best, about the middle of the targets."
+SHIFT_NOTE = "The rigid motion that fits the corrections of the arm at rest best, about the middle of the targets."
 TAUGHT = "A work object that this arm's own torch has taught holds its shift already; leave it out"
 SHIFT = {
     "wobj": "work object",
@@ -56,7 +56,7 @@ def work_object_section(values: Values) -> Section:
     shifts = DataTable("work objects", list(SHIFT.values()), table, brief=brief, decimals=digits)
     open_ = [row["wobj"] for row in largest if not row["left_out"]]
     advice = [f"{TAUGHT}: `--wobj-taught {open_[0]}`."] if open_ else []
-    return Section("Of the correction, one rigid shift of each work object [mm]", [shifts, *advice], NOTE)
+    return Section("Of the correction, one rigid shift of each work object [mm]", [shifts, *advice], SHIFT_NOTE)
 
 
 def _cell(key: str, value: object) -> object:

@@ -12,7 +12,7 @@ from postproc.report.blocks import Chart, DataTable, Document, Section, Values
 from postproc.report.drawing.postures import posture_drawings
 from postproc.results.improve.plan import program_sentences, program_values
 
-DRAWING_WIDTH = 105  # pixels
+SETUP_WIDTH = 105  # pixels
 LINKS_MATTER = 0.5
 """Share of what remains below which that by the loads alone says how much the weights of the links matter."""
 
@@ -28,7 +28,7 @@ def first_plan_document(name: str, plan: SetupPlan) -> Document:
     change, q = (1e3 * plan.change).round(3).tolist(), np.degrees(plan.state.q).round(1).tolist()
     loads = [load or "none" for load in plan.loads]
     rows = list(zip(plan.ids, *zip(*q, strict=True), loads, plan.words, [x or "" for x in change], strict=True))
-    drawn = Chart(lambda: posture_drawings(plan.model, plan.state.q, plan.ids, gauge * plan.direction), DRAWING_WIDTH)
+    drawn = Chart(lambda: posture_drawings(plan.model, plan.state.q, plan.ids, gauge * plan.direction), SETUP_WIDTH)
     table = DataTable("set-ups", columns, rows, brief=range(3), decimals=[None, *[1] * 6, None, None, 3])
     sections = [Section("Readings", [table]), Section("Postures from the side", [drawn])]
     keys = ("pose_id", "name", "load", "expected_change_mm")

@@ -22,7 +22,7 @@ from postproc.report.drawing.parameters import correlated_pairs, correlation_map
 from postproc.report.drawing.residuals import channel_sections
 from postproc.results.wording import known_values, named_values, parameter_rows, parameters_text
 
-BESIDE_PRIOR = (
+PRIOR_NOTE = (
     "Dot and bar: estimate and 95 % interval; grey: 95 % interval of the prior. The axis counts standard deviations of "
     "the prior from its value, of springs in logarithms. Hollow: these rows say less than half, the prior stays."
 )
@@ -151,7 +151,7 @@ def parameter_sections(fit: Fit, first: Sequence[str]) -> list[Section]:
     chart = Chart(lambda: [parameter_chart(drawn_parameters(fit, words))])
     pairs = DataTable("correlations", PAIR_COLUMNS, correlated_pairs(fit, words, first), brief=())
     return [
-        Section("Parameters, beside what was known before", [chart], BESIDE_PRIOR),
+        Section("Parameters, beside what was known before", [chart], PRIOR_NOTE),
         Section("Parameters that go together", [Chart(lambda: [correlation_map(fit, words)]), pairs], CORRELATED),
     ]
 

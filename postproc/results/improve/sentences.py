@@ -60,8 +60,8 @@ def _complete_text(d: Diagnosis) -> str:
     if (lacking := shortage(d.base)) is not None:
         few = f"Too few {'readings' if lacking.kind else 'poses'} to tell: {len(d.base.problem.residual)} measured "
         few += f"numbers for {lacking.parameters} parameters"
-        if own := len(d.base.parameters) - lacking.parameters:
-            few += f" and {own} unknown number{'s' * (own != 1)} of set-ups"
+        if of_setups := len(d.base.parameters) - lacking.parameters:
+            few += f" and {of_setups} unknown number{'s' * (of_setups != 1)} of set-ups"
         further = f"measure {lacking.count} more {lacking.item} at least"
         return f"{few}. Nothing stands out, but hardly anything could; {further}."
     if d.verdict != "complete":
@@ -78,7 +78,7 @@ def _complete_text(d: Diagnosis) -> str:
 def _named_together(d: Diagnosis) -> str:
     """Return all missing effects, each with its place and those that explain this data as well."""
     every = [_named(d, m) for m in d.missing]
-    return "; and ".join(every) if any(m.alike for m in d.missing) else joined(every)
+    return "; and ".join(every) if any(m.rivals for m in d.missing) else joined(every)
 
 
 def _fall(d: Diagnosis) -> str:
@@ -171,8 +171,8 @@ def doubts(d: Diagnosis) -> Iterator[str]:
     if d.exceeds_noise is None and d.verdict == "missing":
         yield f"Whether what is left is noise, this data cannot tell: {_would_tell(d)}."
     for m in d.missing:
-        if m.alike[MOST_RIVALS_NAMED:]:
-            yield f"As far as this data can tell, `{m.key}` may be {_any_of(m.alike)} as well."
+        if m.rivals[MOST_RIVALS_NAMED:]:
+            yield f"As far as this data can tell, `{m.key}` may be {_any_of(m.rivals)} as well."
         if m.unseen:
             yield f"Beside `{m.key}` this data would not show {_any_of(m.unseen)}."
 
@@ -194,8 +194,8 @@ def _named(d: Diagnosis, m: Candidate) -> str:
     where = place(m.label)
     if len(d.missing) > 1 and _is_free(d, m):
         where += "; a smooth correction, not a cause"
-    others = _any_of(m.alike) if len(m.alike) <= MOST_RIVALS_NAMED else f"one of {len(m.alike)} others"
-    rivals = f" or, as far as this data can tell, {others}" if m.alike else ""
+    others = _any_of(m.rivals) if len(m.rivals) <= MOST_RIVALS_NAMED else f"one of {len(m.rivals)} others"
+    rivals = f" or, as far as this data can tell, {others}" if m.rivals else ""
     return f"`{m.key}`" + (f" ({where})" if where else "") + rivals
 
 
