@@ -82,7 +82,7 @@ def follow_program(sources: Sequence[Source], model: Model, options: Options, wa
     """
     watch("following the program", 0.0)
     station = model.station or Station()
-    program = read_program(sources, options.taught, NominalArm(model.robot, station), options.elsewhere)
+    program = read_program(sources, options.taught, NominalArm(model.robot, station), options.other_tasks)
     findings = [*program.diagnostics, *say_written_elsewhere(program), *say_corrected_before(sources)]
     findings += say_touched_up(sources, model.fit.get("touched_sha256", ()))
     draft = Draft(program, [], model, options)

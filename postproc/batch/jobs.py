@@ -14,7 +14,7 @@ from postproc.batch.values import BatchPlan, Job, Shard, module_place, page_of
 from postproc.diagnostics import Diagnostic, PostprocError, Source
 from postproc.files import check_tree, read_source, real, resource
 from postproc.model.arm import Model
-from postproc.rapid.program.read_along import ReadAlong, data_elsewhere, lent_values
+from postproc.rapid.program.read_along import ReadAlong, data_of_other_tasks, lent_values
 from postproc.render.templates import environment
 from postproc.robot.arm import Robot
 from postproc.robot.controller import read_quietly
@@ -175,11 +175,13 @@ def read_job(ready: ReadyTask, page: bool = False) -> Job:
     lent += lent_values([*program, *lent], lambda: chain.from_iterable(others))
     along = ReadAlong() if settings.alone else read_nearby([*program, *lent], root)
     lent += along.sources
-    elsewhere = replace(data_elsewhere([*program, *lent], others), read_along=along.written)
+    other_tasks = replace(data_of_other_tasks([*program, *lent], others), read_along=along.written)
     files = [(source.path, source.read_only) for source in (*program, *lent)]
-    words = repr((converter.fingerprint, files, *map(sorted, astuple(elsewhere)), [d.message for d in along.findings]))
+    words = repr(
+        (converter.fingerprint, files, *map(sorted, astuple(other_tasks)), [d.message for d in along.findings])
+    )
     key = _digest([words.encode(), *(source.data for source in (*program, *lent))])
-    options = replace(settings.options, elsewhere=elsewhere)
+    options = replace(settings.options, other_tasks=other_tasks)
     job = Job(task.name, key, (*program, *lent), converter.model, options, findings=along.findings)
     return replace(job, page=page_of(task.name), made=made_with(settings, root)) if page else job
 

@@ -102,8 +102,8 @@ def read_task(
         return sources, settings.options, ()
     along = read_nearby(sources)
     check_outputs([source.path for source in along.sources], *outputs)
-    elsewhere = replace(settings.options.elsewhere, read_along=along.written)
-    return [*sources, *along.sources], replace(settings.options, elsewhere=elsewhere), along.findings
+    other_tasks = replace(settings.options.other_tasks, read_along=along.written)
+    return [*sources, *along.sources], replace(settings.options, other_tasks=other_tasks), along.findings
 
 
 def settled(settings: Settings, program: str, bare: bool = False) -> tuple[Settings, Model]:

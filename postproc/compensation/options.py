@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Literal
 
 from postproc.rapid.data.records import Vec3
-from postproc.rapid.program.program import Elsewhere
+from postproc.rapid.program.program import OtherTaskData
 from postproc.user_options import option
 
 TOLERANCE_M = 1e-4
@@ -41,7 +41,7 @@ class Options:
         channels: what effects read and a program does not tell<, NAME=NUMBER>: temperature [degC], columns of your own.
         entry: routine that runs first.
         free_axes: letters of external axes, a to f, that carry neither the robot nor its work and may move.
-        elsewhere: what other tasks of the controller have of the program's data.
+        other_tasks: what other tasks of the controller have of the program's data.
     """
 
     force: Vec3 = option((0.0, 0.0, 0.0), group="Loads")
@@ -63,7 +63,7 @@ class Options:
     channels: tuple[tuple[str, float], ...] = option((), key="channel", in_files=dict[str, float], group="Loads")
     entry: str | None = option(None, commands="", files="jobs")
     free_axes: str = option("", commands="program", last=True, group="Cell and files")
-    elsewhere: Elsewhere = Elsewhere()
+    other_tasks: OtherTaskData = OtherTaskData()
 
     @property
     def unknown_at_run_time(self) -> str:

@@ -9,7 +9,7 @@ import pytest
 from postproc.diagnostics import Source
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.execution.walk import walk
-from postproc.rapid.program.program import Elsewhere, read_program
+from postproc.rapid.program.program import OtherTaskData, read_program
 from postproc.rapid.program.read_along import ReadAlong, read_along
 from tests.rapid.build import module, places, target
 
@@ -29,7 +29,9 @@ def lent(own: bytes, same: Sequence[str], other: Sequence[str] = ()) -> ReadAlon
 
 def followed(own: bytes, along: ReadAlong) -> list[MotionEvent]:
     """Motions of the program with what is read along."""
-    return walk(read_program([Source("own.mod", own), *along.sources], elsewhere=Elsewhere(read_along=along.written)))
+    return walk(
+        read_program([Source("own.mod", own), *along.sources], other_tasks=OtherTaskData(read_along=along.written))
+    )
 
 
 def near(data: str, body: str = "", name: str = "Near") -> str:

@@ -291,7 +291,7 @@ class Memory:
             return self.declared(declaration)
         taught = self.teaching.covers(declaration)
         if not taught and self.changes.may_be_written_any_time(key):
-            kind = Kind.WRITTEN_ELSEWHERE if key in self.changes.elsewhere else Kind.WRITTEN_AT_ANY_TIME
+            kind = Kind.WRITTEN_ELSEWHERE if key in self.changes.written_by_others else Kind.WRITTEN_AT_ANY_TIME
             causes = (Unknown(kind, f"`{declaration.name}`", key=key),)
         if key not in self.changed:
             if taught or key not in self.changes.may_be_written:

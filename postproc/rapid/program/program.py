@@ -25,7 +25,7 @@ ENDINGS = frozenset({".mod", ".sys", ".prg", ".modx", ".sysx"})  # of files that
 
 
 @dataclass(frozen=True)
-class Elsewhere:
+class OtherTaskData:
     """Data that code outside of the program has, too.
 
     Args:
@@ -54,7 +54,7 @@ class Program:
         routines: by lower-case (module, name); what the whole task sees also by ("", name).
         taught: lower-case names of data that calibration routines set to the value in the text, as the user states.
         arm: the arm that runs the program, for functions that need its kinematics; None where it is not known.
-        elsewhere: which of its data other tasks of the controller share or write.
+        other_tasks: which of its data other tasks of the controller share or write.
         chosen: values of declared data that are not those of the text, by key.
     """
 
@@ -68,7 +68,7 @@ class Program:
     routines: Mapping[tuple[str, str], Routine] = field(repr=False)
     taught: frozenset[str] = frozenset()
     arm: ControllerArm | None = field(default=None, repr=False)
-    elsewhere: Elsewhere = Elsewhere()
+    other_tasks: OtherTaskData = OtherTaskData()
     chosen: Mapping[str, Data] = field(default_factory=dict, repr=False)
 
     def declaration(self, name: str, module: str = "", routine: str = "") -> Declaration | None:
@@ -159,14 +159,14 @@ def read_program(
     sources: Sequence[Source] | Source,
     taught: Collection[str] = (),
     arm: ControllerArm | None = None,
-    elsewhere: Elsewhere = Elsewhere(),
+    other_tasks: OtherTaskData = OtherTaskData(),
 ) -> Program:
     """Read the files of one task; nothing is raised, findings are collected in ``diagnostics``.
 
     Args:
         taught: names of data that calibration routines set to the value in the text, as the user states.
         arm: the arm that runs the program, for functions that need its kinematics.
-        elsewhere: data of this task that other tasks of its controller share or write.
+        other_tasks: data of this task that other tasks of its controller share or write.
     """
     files = (sources,) if isinstance(sources, Source) else tuple(sources)
     modules: list[Module] = []
@@ -186,7 +186,7 @@ def read_program(
     declarations = tuple(all_declarations(modules))
     findings, stated = tuple(diagnostics), frozenset(name.lower() for name in taught)
     fields = (files, tuple(modules), declarations, statements, findings, motions, names, routines)
-    return Program(*fields, stated, arm, elsewhere)
+    return Program(*fields, stated, arm, other_tasks)
 
 
 def read_again(program: Program, text: Mapping[str, bytes]) -> Program:
@@ -196,7 +196,7 @@ def read_again(program: Program, text: Mapping[str, bytes]) -> Program:
         text: new bytes of each file, by path.
     """
     files = [replace(source, data=text[source.path]) for source in program.sources]
-    return replace(read_program(files, program.taught, program.arm, program.elsewhere), chosen=program.chosen)
+    return replace(read_program(files, program.taught, program.arm, program.other_tasks), chosen=program.chosen)
 
 
 def _read_motions(

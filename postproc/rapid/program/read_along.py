@@ -9,7 +9,7 @@ from functools import lru_cache
 
 from postproc.diagnostics import Diagnostic, Matter, Source, Span, has_errors
 from postproc.rapid.data.builtins import PREDEFINED
-from postproc.rapid.program.program import Elsewhere, Program, names_of, read_program
+from postproc.rapid.program.program import OtherTaskData, Program, names_of, read_program
 from postproc.rapid.program.scopes import is_shared, shared_name
 from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.modules import parse
@@ -232,7 +232,7 @@ Values = dict[tuple[str, str], set[bytes]]
 """The values that declarations give data, by name and type: their text without blanks."""
 
 
-def data_elsewhere(sources: Sequence[Source], others: Iterable[tuple[Source, ...]]) -> Elsewhere:
+def data_of_other_tasks(sources: Sequence[Source], others: Iterable[tuple[Source, ...]]) -> OtherTaskData:
     """Which of a task's global PERS data other tasks of the controller declare too, and which of it they may change.
 
     It counts as changed if another task may write it, or if their declared values differ.
@@ -248,7 +248,7 @@ def data_elsewhere(sources: Sequence[Source], others: Iterable[tuple[Source, ...
         shared |= common
         written |= common & changed
         written |= {name for name in common if len(local_values[name] | values[name]) > 1}
-    return Elsewhere(frozenset(shared), frozenset(written))
+    return OtherTaskData(frozenset(shared), frozenset(written))
 
 
 @lru_cache(maxsize=16)
@@ -279,16 +279,16 @@ def _values(sources: Iterable[Source]) -> Values:
 def say_written_elsewhere(program: Program) -> list[Diagnostic]:
     """Findings RAP037: data that motion statements name and code outside of them may change, at the first of them."""
     findings: dict[str, Diagnostic] = {}
-    elsewhere = program.elsewhere
-    for statement in program.statements if elsewhere.written or elsewhere.read_along else ():
+    other_tasks = program.other_tasks
+    for statement in program.statements if other_tasks.written or other_tasks.read_along else ():
         for name, span in names_at(statement.source, statement.span):
             declared = program.declaration(name, statement.module, statement.routine)
             if declared is None or declared.name.lower() in program.taught:
                 continue
-            if is_shared(declared) and shared_name(declared) in elsewhere.written:
+            if is_shared(declared) and shared_name(declared) in other_tasks.written:
                 text = f"another task of the controller writes `{declared.name}`, or declares it with another value"
                 help_ = "the value in this file is assumed; where each arm needs its own, declare it `TASK PERS`"
-            elif declared.key in elsewhere.read_along:
+            elif declared.key in other_tasks.read_along:
                 text = f"code that is not converted may write `{declared.name}`, which is read along"
                 help_ = f"the value in `{declared.source.path}` is assumed"
             else:

@@ -35,7 +35,7 @@ class WriteEffects:
         started: keys of routines that a motion starts, and which so run at any moment.
         unseen: names of routines in none of the files.
         acting: matches calls of the program's functions that do more than calculate; None if there is none.
-        shared: keys of data that other tasks declare too; elsewhere: of data that code outside of the
+        shared: keys of data that other tasks declare too; written_by_others: of data that code outside of the
             program may write at any time.
         interrupting: keys of what runs at any moment may change: traps, and procedures that a motion starts.
         volatile: keys of data that may be written at any moment: by other tasks, traps, handlers.
@@ -71,8 +71,8 @@ class WriteEffects:
         self.started = frozenset(self.direct.started)
         self.acting = acting_functions(routines, self.of_routine, callers)
         # What a trap changes may change at any moment, what a handler changes that goes on wherever an error may come.
-        self.shared = _shared_keys(program, program.elsewhere.shared)
-        self.elsewhere = _shared_keys(program, program.elsewhere.written) | program.elsewhere.read_along
+        self.shared = _shared_keys(program, program.other_tasks.shared)
+        self.written_by_others = _shared_keys(program, program.other_tasks.written) | program.other_tasks.read_along
         traps = [
             written_by_name[key] for key, routine in routines.items() if routine.kind == "TRAP" or key in self.started
         ]
@@ -84,7 +84,7 @@ class WriteEffects:
         ]
         self.interrupting = frozenset[str]().union(*traps)
         written_any_time = (k for keys in (*traps, *handlers, self.direct.lasting) for k in keys if k[0] not in "%@")
-        self.volatile = self.elsewhere.union(written_any_time)
+        self.volatile = self.written_by_others.union(written_any_time)
         self.unseen_any_time = any(UNSEEN in keys for keys in (*traps, *handlers, self.started))
 
     def paths(self, declaration: Declaration) -> Sequence[tuple[str, ...]]:
@@ -127,7 +127,7 @@ class WriteEffects:
 
         That an operator may change PERS data on the pendant does not count.
         """
-        written = {k for k in self.everything if k[0] != "@"} | self.elsewhere
+        written = {k for k in self.everything if k[0] != "@"} | self.written_by_others
         if UNSEEN in self.everything:
             written |= {k for k in self.exposed if k[0] != "@"}
         return frozenset(written)
