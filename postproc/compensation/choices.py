@@ -162,7 +162,7 @@ def _other_goals(
             runs = event.reason is None and not event.unreachable and event.resumes_from is None
             if runs and isinstance(target, RobTarget) and reached(event) not in known:
                 known.add(reached(event))
-                alone = replace(event, via=None, first=True)
+                alone = replace(event, via=None, start_unknown=True)
                 goals.append(OtherGoal(declaration.name, value, alone, target))
     return goals
 

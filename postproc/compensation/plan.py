@@ -182,7 +182,7 @@ class Planner:
         staying |= {
             move.event.statement.key: BEHIND
             for move in self.moves
-            if move.kind == "arc" and move.first and not move.event.first and move.resumes_from is None
+            if move.kind == "arc" and move.starts_chain and not move.event.start_unknown and move.resumes_from is None
         }
         mates: dict[StatementKey, str] = {}
         while True:
@@ -212,7 +212,7 @@ class Planner:
         spoiled: dict[StatementKey, str] = {}
         for i in sorted(i for i in stays if samples.curves.arc[i] and i - 1 not in stays):
             via = self.moves[i].T_work_via
-            if via is None or self.moves[i].first:
+            if via is None or self.moves[i].starts_chain:
                 continue
             wanted = self.exact.T_work_tcp[samples.start[i] : samples.goal[i] + 1, :3, 3]
             goal = samples.T_work_tcp[samples.goal[i], :3, 3]

@@ -39,7 +39,7 @@ def division_tolerances(path: Array, options: Options, expected_m: float) -> Arr
 def goal_tolerances(moves: Sequence[Move], options: Options) -> Array:
     """(m,) largest deviation [m] allowed at each goal, the smaller one of the two moves that meet there."""
     path = path_tolerances(moves, options)
-    first = np.array([move.first for move in moves])
+    first = np.array([move.starts_chain for move in moves])
     behind = np.append(np.where(first[1:], np.inf, path[1:]), np.inf)
     return np.minimum(path, behind)
 
@@ -52,7 +52,7 @@ def in_scope(moves: Sequence[Move], options: Options) -> Flags:
     if options.scope == "all" or not _any_weld(moves):
         return np.ones(len(moves), dtype=bool)
     welding = np.array([move.welding for move in moves])
-    return welding | np.append(welding[1:] & np.array([not move.first for move in moves[1:]], dtype=bool), False)
+    return welding | np.append(welding[1:] & np.array([not move.starts_chain for move in moves[1:]], dtype=bool), False)
 
 
 def _any_weld(moves: Sequence[Move]) -> bool:

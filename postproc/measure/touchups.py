@@ -159,7 +159,7 @@ def _uses(one: MotionEvent, two: MotionEvent) -> Iterator[tuple[tuple[object, ..
             continue
         places = (one.displacement, was), (two.displacement, now)
         before, after = (pose_mult(displacement, Pose(x.trans, x.rot)) for displacement, x in places)
-        event = two if role == "to" else replace(two, target=now, via=None, first=True, resumes_from=None)
+        event = two if role == "to" else replace(two, target=now, via=None, start_unknown=True, resumes_from=None)
         nominal = np.array(before.trans)
         use = TouchUp("", event, nominal, np.array(after.trans) - nominal)
         turned = angle_between(before.rot, after.rot) >= TURNED_DEG

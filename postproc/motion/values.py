@@ -57,7 +57,7 @@ class Move:
         fine: stop point; zone, zone_rotation: radii of the corner path for position and orientation [m]; zone_angle:
             [rad] of the corner for a reorientation in place.
         welding: the arc burns on the way to this goal.
-        first: how the arm gets to this goal is unknown; a chain of connected moves starts here.
+        starts_chain: how the arm gets to this goal is unknown; a chain of connected moves starts here.
         resumes_from: index of the earlier move whose goal this one restates: no motion, but the start of another way.
         frame: what the work stands in, None for the base itself; moves of one program share the objects.
         axes: (6,) external axes at the goal [m], [rad], NaN where nothing is known.
@@ -83,7 +83,7 @@ class Move:
     zone_rotation: float = 0.0
     zone_angle: float = 0.0
     welding: bool = False
-    first: bool = False
+    starts_chain: bool = False
     resumes_from: int | None = None
     frame: WorkFrame | None = None
     axes: Array = field(default_factory=lambda: np.full(6, np.nan))

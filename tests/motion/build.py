@@ -40,7 +40,7 @@ def chain(*steps: dict[str, Any], tool: np.ndarray = TORCH) -> list[Move]:
     moves: list[Move] = []
     q = HOME
     for i, step in enumerate(steps):
-        fields = {"first": i == 0, "T_mount_tcp": tool, **step}
+        fields = {"starts_chain": i == 0, "T_mount_tcp": tool, **step}
         T = fields.get("T_work_tcp")
         if T is None:
             q = np.asarray(fields.pop("q"))

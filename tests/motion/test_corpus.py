@@ -17,7 +17,7 @@ from tests.rapid.build import program
 # What a row can show beside kind, speed [mm/s] and stop or zone [mm], and the value that is not written.
 FACETS = {
     "row": (lambda m: m.row, None),
-    "first": (lambda m: m.first, False),
+    "first": (lambda m: m.starts_chain, False),
     "welding": (lambda m: m.welding, False),
     "ease": (lambda m: m.ease, 1.0),
     "time": (lambda m: m.duration, None),

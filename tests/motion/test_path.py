@@ -160,7 +160,7 @@ def test_a_change_of_tool_does_not_move_the_arm() -> None:
 
 
 def test_chains_do_not_touch() -> None:
-    path = sampled(joint(A), line(B, fine=True), joint(C, first=True), line(A, fine=True))
+    path = sampled(joint(A), line(B, fine=True), joint(C, starts_chain=True), line(A, fine=True))
     assert path.stop.tolist() == [True, True, True, True]
     assert (path.move == 2).sum() == 1
     i = int(path.goal[2])

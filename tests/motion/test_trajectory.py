@@ -258,7 +258,7 @@ def welded_rows() -> list[dict[str, Any]]:
     for x in (1.1, 1.11, 1.12, 1.13):
         steps += [line(pose(x, y, 0.5), speed=0.02, zone=0.001, fine=y == 0.1, welding=True) for y in (-0.05, 0.0, 0.1)]
         steps.append(line(pose(x + 0.01, -0.1, 0.5), speed=0.5, fine=True))
-    return [*steps, joint(pose(1.2, 0.2, 0.6), first=True)]
+    return [*steps, joint(pose(1.2, 0.2, 0.6), starts_chain=True)]
 
 
 @pytest.mark.parametrize("most", [25, 35, 45])
@@ -269,7 +269,7 @@ def test_legs_cover_the_program_and_meet_at_stops(most: int) -> None:
     done = 0
     for first, leg in legs:
         goes_on = first < done
-        assert leg[0].first and first == (done - 1 if goes_on else done)
+        assert leg[0].starts_chain and first == (done - 1 if goes_on else done)
         assert not goes_on or moves[first].fine
         assert [m.row for m in leg] == list(range(first, first + len(leg)))
         done = first + len(leg)

@@ -60,7 +60,7 @@ FACETS: dict[str, tuple[Callable[[MotionEvent], Any], Any]] = {
     "units": (lambda e: "/".join(f"{k}:{v}" for k, v in e.units or ()), ""),
     "conditional": (field("conditional"), False),
     "detached": (field("detached"), False),
-    "first": (field("first"), False),
+    "first": (field("start_unknown"), False),
     "back": (lambda e: e.resumes_from is not None, False),
     "unreachable": (field("unreachable"), False),
     "unresolved": (field("has_unresolved_runs"), False),

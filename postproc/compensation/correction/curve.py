@@ -103,7 +103,7 @@ def invert_model(model: Model, motion: Motion) -> Exact:
     T_flange = samples.curves.mounts.flange(T_work_tcp[samples.goal])
     q_goal = q[samples.goal]
     welding = np.array([m.welding for m in samples.moves])
-    first = np.array([m.first for m in samples.moves])
+    first = np.array([m.starts_chain for m in samples.moves])
     lit = np.flatnonzero(welding[1:] & ~welding[:-1] & ~first[1:])
     if len(lit):
         begin = samples.start[lit + 1]
@@ -158,7 +158,7 @@ def commanded_curve(
         written: the correction with the targets that the text can have, from ``place_targets``.
         t: (n,) time at the samples [s].
     """
-    first = np.array([m.first for m in samples.moves])
+    first = np.array([m.starts_chain for m in samples.moves])
     space = ~samples.curves.joint & ~first
     T = written.T_work_tcp
     transitions: list[Transition] = []

@@ -142,7 +142,7 @@ def _at_goals(programmed: Samples) -> Array:
     starts, tangents = (path_tangents(curves, np.arange(m), np.full(m, u)) for u in (0.0, 1.0))
     tangents[curves.joint | ~tangents.any(axis=1)] = np.nan
     welding = np.array([move.welding for move in programmed.moves])
-    lit = np.flatnonzero(welding[1:] & ~welding[:-1] & ~np.array([move.first for move in programmed.moves])[1:])
+    lit = np.flatnonzero(welding[1:] & ~welding[:-1] & ~np.array([move.starts_chain for move in programmed.moves])[1:])
     tangents[lit] = starts[lit + 1]
     return tangents
 

@@ -137,7 +137,7 @@ def _zone_in_force(samples: Samples, i: int) -> float:
     move = samples.moves[i]
     if move.fine:
         return 0.0
-    meeting = [k for k in (i, i + 1) if k < len(samples.moves) and not samples.moves[k].first]
+    meeting = [k for k in (i, i + 1) if k < len(samples.moves) and not samples.moves[k].starts_chain]
     return float(min([move.zone, *(samples.curves.length[meeting] / 2)]))
 
 

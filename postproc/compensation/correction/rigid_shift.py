@@ -114,7 +114,7 @@ def fit_shifts(model: Model, motion: Motion, program: Program, taught: Sequence[
     shifts = []
     # A target of a weld: the arc burns on the way to it, or from there.
     burns = np.array([move.welding for move in motion.moves], dtype=bool)
-    goes_on = np.array([not move.first for move in motion.moves], dtype=bool)
+    goes_on = np.array([not move.starts_chain for move in motion.moves], dtype=bool)
     welds = burns | np.append(burns[1:] & goes_on[1:], False)
     for (name, *_), members in grouped(placed).items():
         moves = np.array(members)
@@ -166,7 +166,7 @@ def leave_out(samples: Samples, shifts: Sequence[RigidShift]) -> Samples | None:
             G[i] = G[move.resumes_from]
     T_goal = samples.T_work_tcp[samples.goal]
     T_goal_meant = G @ T_goal
-    first = np.array([move.first for move in samples.moves])
+    first = np.array([move.starts_chain for move in samples.moves])
     before = np.where(first, np.arange(m), np.maximum(np.arange(m) - 1, 0))
     T_flange = curves.mounts.flange(T_goal_meant)
     T_start = samples.T_work_tcp[samples.start]

@@ -209,7 +209,7 @@ def changing_files(plan: CorrectionPlan) -> Flags:
     moves = plan.motion.moves
     changing = np.array([not move.event.statement.source.read_only for move in moves])
     known = changing | [move.event.statement.key in plan.places for move in moves]
-    first = np.array([move.first for move in moves])
+    first = np.array([move.starts_chain for move in moves])
     return changing | (known & np.append(False, known[:-1]) & ~first)
 
 

@@ -158,7 +158,7 @@ def _why(
         on_controller: statements that a function corrects while the program runs.
     """
     moves = plan.motion.moves
-    start = moves[farthest - 1] if farthest and not moves[farthest].first else moves[farthest]
+    start = moves[farthest - 1] if farthest and not moves[farthest].starts_chain else moves[farthest]
     if plan.places.get(moves[farthest].event.statement.key) == "derived":
         return DERIVED
     if not on_the_way and not plan.relaxed.isdisjoint(rows):
@@ -268,7 +268,7 @@ def unproved(outcomes: Sequence[StatementOutcome], events: Sequence[MotionEvent]
 
 def _begins_anywhere(move: Move) -> bool:
     """Whether the move is a line or arc whose start is not known."""
-    return move.first and move.resumes_from is None and move.kind in ("line", "arc")
+    return move.starts_chain and move.resumes_from is None and move.kind in ("line", "arc")
 
 
 def unmeasured(
@@ -283,7 +283,7 @@ def unmeasured(
 
 def _measured(plan: CorrectionPlan) -> set[StatementKey]:
     """Statements with at least one execution whose start is known, so that the way to its goal is measured."""
-    return {move.event.statement.key for move in plan.motion.moves if not move.first}
+    return {move.event.statement.key for move in plan.motion.moves if not move.starts_chain}
 
 
 def _searched_findings(outcomes: Sequence[StatementOutcome], events: Sequence[MotionEvent]) -> list[Diagnostic]:

@@ -86,7 +86,7 @@ def find_seams(
     for statements in seams_of(o.statement for o in outcomes):
         keys = [statement.key for statement in statements]
         burning = [i for key in keys for i in rows.get(key, ())]
-        known = [i for i in burning if not moves[i].first]
+        known = [i for i in burning if not moves[i].starts_chain]
         length = sum(float(samples.curves.length[rows[key][0]]) for key in keys if key in rows)
         was, stays = (_largest(of_moves[known]) if known else None for of_moves in sizes)
         kept = bool(known) and bool((largest[known] <= plan.path_tolerance[known]).all())

@@ -175,7 +175,7 @@ def approach_side(samples: Samples) -> Array:
     It is 0 until the joint first moves in the chain. Where a chain resumes from an earlier target, the travel to that
     target counts.
     """
-    first = np.array([m.first for m in samples.moves])
+    first = np.array([m.starts_chain for m in samples.moves])
     step = np.diff(samples.q, axis=0, prepend=samples.q[:1])
     side = np.where(np.abs(step) > _NO_TRAVEL, np.sign(step), 0.0)
     at_start = (samples.u == 0.0)[:-1]

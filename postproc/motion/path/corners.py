@@ -64,7 +64,7 @@ def plan_corners(robot: Robot, moves: tuple[Move, ...], curves: Curves) -> Corne
     zone_rotation = np.maximum(zone, np.array([move.zone_rotation for move in moves]))
     zone_angle = np.array([move.zone_angle for move in moves])
     fly = np.array([not move.fine for move in moves])
-    first = np.array([move.first for move in moves])
+    first = np.array([move.starts_chain for move in moves])
     fly[-1:] = False
     fly[:-1] &= ~first[1:]
     turning = np.abs(np.hstack([curves.q_change, curves.axes_change])).max(axis=1, initial=0) > 1e-6

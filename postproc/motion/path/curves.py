@@ -109,7 +109,7 @@ def build_curves(robot: Robot, moves: tuple[Move, ...]) -> Curves:
     m = len(moves)
     q = np.array([move.q for move in moves])
     mounts = mounts_of(moves)
-    first = np.array([move.first for move in moves])
+    first = np.array([move.starts_chain for move in moves])
     joint = np.array([move.kind in ("joint", "absjoint") for move in moves])
     arc = np.array([move.kind == "arc" for move in moves]) & ~first
     before = np.maximum(np.arange(m) - 1, 0)

@@ -104,16 +104,16 @@ def _chained(events: Sequence[MotionEvent], moves: Sequence[Move]) -> list[Move]
     previous = -1
     for move in moves:
         i, e = move.row, move.event
-        broken = e.first or not chained
+        broken = e.start_unknown or not chained
         if not broken and previous + 1 < i:
             broken = any(e.statement.interpolation != "none" or e.reason is not None for e in events[previous + 1 : i])
         if e.resumes_from is not None:
             if e.resumes_from not in of_event:
                 continue  # nothing brings the arm there
             before = of_event[e.resumes_from]
-            move = replace(chained[before], row=i, event=e, first=True, resumes_from=before)
+            move = replace(chained[before], row=i, event=e, starts_chain=True, resumes_from=before)
         elif broken:
-            move = replace(move, first=True)
+            move = replace(move, starts_chain=True)
         of_event[i] = len(chained)
         chained.append(move)
         previous = i

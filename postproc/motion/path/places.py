@@ -30,7 +30,7 @@ def place_events(events: Iterable[MotionEvent], station: Station) -> list[Motion
     now = UNKNOWN_AXES
     placed: list[MotionEvent] = []
     for event in events:
-        if event.first:
+        if event.start_unknown:
             now = UNKNOWN_AXES
         if event.resumes_from is not None:
             now = placed[event.resumes_from].axes or UNKNOWN_AXES

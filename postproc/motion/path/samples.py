@@ -108,7 +108,7 @@ class Samples:
 
     def starts_chain(self) -> Flags:
         """(n,) bool: the first sample of a chain of moves, so that how the arm comes to it is not known."""
-        starts = np.array([m.first for m in self.moves], dtype=bool)[self.move]
+        starts = np.array([m.starts_chain for m in self.moves], dtype=bool)[self.move]
         return starts & np.append(True, np.diff(self.move) != 0)
 
     def way(self) -> Array:
@@ -146,7 +146,7 @@ def sample_moves(robot: Robot, moves: Sequence[Move], intervals: Array) -> Sampl
     """
     moves = tuple(moves)
     curves = build_curves(robot, moves)
-    first = np.array([move.first for move in moves])
+    first = np.array([move.starts_chain for move in moves])
     count = np.maximum(np.ceil(OF_CURVES.intervals(curves) - 1e-9), 1)
     arcs = np.maximum(count, 4)
     count = np.where(curves.arc, arcs + arcs % 2, count)  # even: the circle point may be the middle sample
@@ -192,7 +192,7 @@ def sample_path(robot: Robot, moves: Sequence[Move]) -> tuple[Samples, list[Diag
     corners = plan_corners(robot, moves, curves)
     move, u, goal = place_samples(moves, curves, corners)
     T, q, axes, blend = blended_poses(robot, curves, corners, move, u)
-    lone = np.flatnonzero([m.first for m in moves])
+    lone = np.flatnonzero([m.starts_chain for m in moves])
     q[goal[lone]] = np.array([moves[i].q for i in lone]).reshape(-1, 6)
     in_space = np.isnan(q[:, 0])
     findings += _track(robot, moves, curves.mounts_at(move, axes).flange(T), q, move)
@@ -224,7 +224,7 @@ def place_samples(moves: tuple[Move, ...], curves: Curves, corners: Corners) -> 
         count[:, k] = np.where(share[side] > 0, wanted, 0)
     free = np.maximum(np.ceil(needed * stretch[1] - 1e-9), least - count[:, 0] - count[:, 2])
     count[:, 1] = np.where(stretch[1] > 0.01, np.maximum(free, 1), 0)
-    first = np.array([move.first for move in moves])
+    first = np.array([move.starts_chain for move in moves])
     count[first] = (0, 1, 0)
 
     flat = count.ravel()

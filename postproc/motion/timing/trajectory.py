@@ -69,13 +69,13 @@ def cut_legs(moves: tuple[Move, ...], size: Index, most: int = LONGEST_LEG) -> I
     begin, load = 0, 0
     for i in range(1, len(moves) + 1):
         load += int(size[i - 1])
-        ends = i == len(moves) or (load >= most and (moves[i].first or moves[i - 1].fine))
+        ends = i == len(moves) or (load >= most and (moves[i].starts_chain or moves[i - 1].fine))
         if not ends:
             continue
-        if begin == 0 or moves[begin].first:
+        if begin == 0 or moves[begin].starts_chain:
             yield begin, moves[begin:i]
         else:
-            yield begin - 1, (replace(moves[begin - 1], first=True), *moves[begin:i])
+            yield begin - 1, (replace(moves[begin - 1], starts_chain=True), *moves[begin:i])
         begin, load = i, 0
 
 

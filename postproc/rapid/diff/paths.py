@@ -64,7 +64,7 @@ def _stops(
             partner |= dict(zip(numbers, theirs.get(other[key], ()), strict=False))
     stops = []
     for i, event in enumerate(events):
-        joined = not (event.detached or event.first or event.resumes_from is not None)
+        joined = not (event.detached or event.start_unknown or event.resumes_from is not None)
         places = _place(event, event.target), _place(event, event.via)
         stops.append(Stop(event.statement.line, *places, joined, partner.get(i)))
     return stops

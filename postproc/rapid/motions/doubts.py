@@ -48,7 +48,9 @@ def assume_wrist(events: Sequence[MotionEvent]) -> tuple[list[MotionEvent], list
 
 def _flips(before: MotionEvent, event: MotionEvent) -> bool:
     """Whether a line or arc, monitored by ConfL, has ends whose configurations state different signs of axis 5."""
-    in_space = event.statement.interpolation in ("line", "arc") and not event.first and event.resumes_from is None
+    in_space = (
+        event.statement.interpolation in ("line", "arc") and not event.start_unknown and event.resumes_from is None
+    )
     if not in_space or not all(e.options.get("conf_l") is not False for e in (before, event)):
         return False
     ends = before.target, event.target

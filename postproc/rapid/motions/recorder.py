@@ -207,7 +207,7 @@ class Recorder:
             known = sorted({self._place(end): end for end in known}.values())[-MOST_STARTS:]
             known.sort(key=lambda end: end != self.last)  # on from the event before while it is the one before
         if len(ends) > 1 or not known:
-            event = replace(event, detached=True, first=not known)
+            event = replace(event, detached=True, start_unknown=not known)
         for number, end in enumerate(known or [self.last]):
             if known and (end != self.last or number > 0):
                 self.events.append(replace(self.events[end], resumes_from=end))

@@ -73,7 +73,7 @@ def path_data(conversion: Conversion) -> Values:
             "statement": exact(statement),
             "space": exact(~curves.joint & (curves.length > 0)),
             "welding": exact(np.array([m.welding for m in moves])),
-            "first": exact(np.array([m.first for m in moves])),
+            "first": exact(np.array([m.starts_chain for m in moves])),
             "tolerance": packed(1e3 * plan.path_tolerance),
         },
         "largest": {w: _largest(d, statement, len(statements)) for w, d in (("before", before), ("after", after))},
