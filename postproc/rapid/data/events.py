@@ -292,9 +292,7 @@ class MotionEvent:
     has_unresolved_runs: bool = False  # the statement also runs with another target, on ways that are not followed
     start_unknown: bool = False  # where the arm comes from is not known
     unreachable: bool = False  # nothing that is followed leads to the statement: a handler, a routine that nobody calls
-    resumes_from: int | None = (
-        None  # no motion: the arm stands where that event has brought it, and goes on another way
-    )
+    resumes_from: int | None = None  # no motion: the arm stands where that event has brought it, on another way
     one_of_several: bool = False  # its target is an element of an array that only the controller chooses
     way: int = 0  # number of the way by which the arm comes here, where it may come by several
     numbers: tuple[tuple[str, float], ...] = ()  # what the numbers are that the statement names beside its target
