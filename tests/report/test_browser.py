@@ -413,3 +413,10 @@ def test_a_page_is_whole_on_a_desk_and_on_a_phone(opened: Open, name: str) -> No
 def test_a_sheet_is_one_printed_page(opened: Open) -> None:
     pdf = opened(PAGES["sheet"]()).pdf(prefer_css_page_size=True, format="A4")
     assert pdf.startswith(b"%PDF") and pdf.count(b"/Type /Page\n") == 1
+
+
+def test_the_boxes_of_a_sheet_hold_their_words_on_a_phone(opened: Open) -> None:
+    page = opened(PAGES["sheet"](), PHONE)
+    cut = "[...document.querySelectorAll('td')].filter((e) => e.scrollHeight > e.clientHeight + 1).length"
+    assert page.evaluate("document.querySelectorAll('td.box').length") == 24 and page.evaluate(cut) == 0
+    assert page.evaluate("document.documentElement.scrollWidth") <= PHONE[0]

@@ -1,4 +1,4 @@
 """Commands on models: `fit`, `compare`, `diagnose`, `add`, `predict`, `plan`, `first_plan`, `touchups`.
 
-Common to them: `model_options`; `for_programs`: programs that a plan is for.
+Common to them: `model_options`; `fitted_arm`: what a fit is of; `for_programs`: what a plan is for.
 """

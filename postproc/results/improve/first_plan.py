@@ -61,8 +61,20 @@ def first_plan_sentence(plan: SetupPlan) -> str:
     if plan.kind == "gauge" and shares["of_loads_after"][1] < LINKS_MATTER * shares["after"][1]:
         what = "The weights of its links make the difference"
         lines.append(f"{what}: they are estimates, and no load on the tool tells them.")
+    lines += _loads(plan)
     if plan.kind == "gauge" and 0 in plan.unloaded:
         lines.append("A weight never loads joint 1: pull sideways with a spring balance, too (`--pull N`).")
     if little := [f"joint {j + 1}" for j in plan.unknown if j not in plan.unloaded]:
         lines.append(f"They tell little more of the springs of {joined(little)}.")
     return " ".join(lines)
+
+
+def _loads(plan: SetupPlan) -> list[str]:
+    """Return a sentence on the mass and the pull of the set-ups and where they act; none without a load."""
+    mass, wrench = float(np.max(np.asarray(plan.state.payload_mass), initial=0.0)), plan.state.wrench
+    pull = 0.0 if wrench is None else float(np.abs(wrench[:, :3]).max())
+    tool = "the TCP, {:g}, {:g}, {:g} mm in tool0".format(*(1e3 * plan.model.T_flange_tcp[:3, 3]).tolist())
+    hung = f"The {mass:g} kg hang at {tool}" if plan.kind == "gauge" else f"The {mass:g} kg are bolted to the flange"
+    if pull:
+        return [f"{hung}; there the {pull:g} N pull, too." if mass else f"The {pull:g} N pull at {tool}."]
+    return [f"{hung}."] if mass else []

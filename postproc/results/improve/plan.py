@@ -38,10 +38,11 @@ def plan_document(name: str, plan: MeasuringPlan) -> Document:
     figures, sections = [], []
     if plan.promise is not None:
         figures = [Figure("simulated tables that tell them apart", _share(plan.promise))]
-        rows = [(_poses(other), _share(other.promise)) for other in plan.alternatives]
+        rows = [(_poses(plan, other), _share(other.promise)) for other in plan.alternatives]
         columns = ("measured", "simulated tables that tell them apart")
         sections = [Section("What else was simulated", [DataTable("alternatives", columns, rows)], STOPPED)]
-    title, sentence, poses = f"postproc plan {name}", plan_sentence(plan), Section("Poses", _poses_blocks(plan), DRAWN)
+    sentence = " ".join(filter(None, (plan_sentence(plan), _loads(plan))))
+    title, poses = f"postproc plan {name}", Section("Poses", _poses_blocks(plan), DRAWN)
     near = int(np.floor(np.degrees(from_limits(plan.fit.model.robot, plan.state.q)) + 1e-6))
     basis = (
         f"Every joint stays {near} deg or more from its limits." if near >= 0 else "Some poses are beyond the limits."
@@ -155,8 +156,8 @@ def _promised(plan: MeasuringPlan, promise: Promise, pair: tuple[str, str]) -> s
         return f"{promised}: enough. {approach}"
     works = next((other for other in plan.alternatives if other.promise.enough), None)
     if works is not None:
-        return f"{promised}: not enough. With {_poses(works)} {_share(works.promise)} would."
-    failed = joined([_poses(other) for other in plan.alternatives], "or")
+        return f"{promised}: not enough. With {_poses(plan, works)} {_share(works.promise)} would."
+    failed = joined([_poses(plan, other) for other in plan.alternatives], "or")
     return f"{promised}: not enough. Nor would {failed}: nothing that was simulated tells them apart."
 
 
@@ -165,9 +166,29 @@ def _share(promise: Promise) -> str:
     return f"{promise.told_apart} of {promise.tables}"
 
 
-def _poses(other: Alternative) -> str:
+def _poses(plan: MeasuringPlan, other: Alternative) -> str:
     """Return in words which other poses were simulated, with the options that ask for them."""
     masses = joined([f"{mass:g}" for mass in other.payloads])
-    loads = [f"payloads of {masses} kg (`--payloads`)"] * bool(other.payloads)
-    loads += [f"a pull of {other.force:.0f} N in changing directions (`--force`)"] * bool(other.force)
-    return f"{other.poses} poses with {joined(loads)}" if loads else f"{other.poses} such poses (`-n`)"
+    loads = [f"payloads of {masses} kg (`--payloads`), {_centre(plan)},"] * bool(other.payloads)
+    loads += [f"a pull of {other.force:.0f} N at the TCP in changing directions (`--force`)"] * bool(other.force)
+    words = joined(loads).removesuffix(",").replace(", and", " and")
+    return f"{other.poses} poses with {words}" if loads else f"{other.poses} such poses (`-n`)"
+
+
+def _loads(plan: MeasuringPlan) -> str:
+    """Say which loads the planned poses have and where these hang; empty without any."""
+    mass, wrench = plan.state.payload_mass, plan.state.wrench
+    pull = 0.0 if wrench is None else float(np.linalg.norm(wrench[:, :3], axis=1).max())
+    words = []
+    if mass is not None and mass.any():
+        words.append(f"payloads of {joined([f'{kg:g}' for kg in np.unique(mass.round(3))])} kg, {_centre(plan)}")
+    if pull:
+        words.append(f"a pull of {pull:.0f} N at the TCP")
+    return f"The poses have {'; and '.join(words)}." if words else ""
+
+
+def _centre(plan: MeasuringPlan) -> str:
+    """Say where the centre of the payloads is: that of the table, or the origin of the flange."""
+    centre = plan.state.payload_center
+    x, y, z = (0.0, 0.0, 0.0) if centre is None else (1e3 * centre[0]).tolist()
+    return f"their centre at {x:g}, {y:g}, {z:g} mm in tool0"
