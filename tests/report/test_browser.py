@@ -43,7 +43,7 @@ from tests.report.build import (
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 QUIET = ("--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-quic", "--no-first-run", "--disable-background-networking",
          "--disable-component-update", "--disable-sync")  # fmt: skip
-DESKTOP, SMALL_WINDOW, PHONE = (1400, 1000), (1000, 560), (390, 844)
+DESKTOP, SMALL_WINDOW, PHONE, PAPER = (1400, 1000), (1000, 560), (390, 844), (700, 1000)
 Open = Callable[..., Any]
 
 INSIDE = """([outer, inner]) => { const [a, b] = [outer, inner].map((name) => document.querySelector(name).getBoundingClientRect());
@@ -79,10 +79,10 @@ OVERFLOWING = """() => [...document.querySelectorAll("main *, .what *")].filter(
     return text.some((n) => { range.selectNodeContents(n); const r = range.getBoundingClientRect(); return r.right > s.right + 1 || (r.bottom > s.bottom + 6); }) && !scrolls(e);
     }).map((e) => [e.tagName, e.className, e.textContent.slice(0, 60)])"""
 OVERLAPPING = """() => { const boxes = [...document.querySelectorAll("h1, h2, h3, summary, p, dl, table, .rows, .bars, .parameters, figure, .controls, .tools, .space")]
-    .filter((e) => e.getClientRects().length && !e.closest(".unseen")).map((e) => [e, e.getBoundingClientRect()]);
-    return boxes.flatMap(([a, r], i) => boxes.slice(i + 1).filter(([b, s]) => !a.contains(b) && !b.contains(a) && !a.closest(".bar, .view") && !b.closest(".bar, .view")
-        && !a.parentElement.closest(".rows") && !b.parentElement.closest(".rows")
-        && Math.min(r.right, s.right) - Math.max(r.left, s.left) > 2 && Math.min(r.bottom, s.bottom) - Math.max(r.top, s.top) > 2).map(([b]) => [a.outerHTML.slice(0, 60), b.outerHTML.slice(0, 60)])); }"""
+    .filter((e) => e.getClientRects().length && !e.closest(".unseen, .bar, .view")).map((e) => [e, e.getBoundingClientRect()]);
+    return boxes.flatMap(([a, r], i) => boxes.slice(i + 1).filter(([b, s]) => Math.min(r.right, s.right) - Math.max(r.left, s.left) > 2
+        && Math.min(r.bottom, s.bottom) - Math.max(r.top, s.top) > 2 && !a.contains(b) && !b.contains(a)
+        && [a, b].every((e) => { const p = e.parentElement.closest(".rows"); return !p || getComputedStyle(p).overflowY === "visible"; })).map(([b]) => [a.outerHTML.slice(0, 60), b.outerHTML.slice(0, 60)])); }"""
 EMPTY = """() => [0, 1].flatMap((half) => { const from = half * innerWidth / 2, to = from + innerWidth / 2;
     const spans = [...document.querySelectorAll("h1, h2, p, dl, .rows, .bars, .parameters, svg, .course, .space, .controls, summary")].map((e) => e.getBoundingClientRect())
         .filter((r) => r.width && Math.min(r.right, to) - Math.max(r.left, from) > 100).map((r) => [r.top, r.bottom]).sort((a, b) => a[0] - b[0]);
@@ -393,6 +393,12 @@ def test_a_page_is_whole_on_a_desk_and_on_a_phone(opened: Open, name: str) -> No
         assert page.evaluate("document.documentElement.scrollWidth") <= width
         wrong = {check: page.evaluate(check) for check in (NAMELESS, SMALL, CUT_LABELS, OVERFLOWING, OVERLAPPING)}
         assert {check: found for check, found in wrong.items() if found} == {}
+    page.set_viewport_size({"width": PAPER[0], "height": PAPER[1]})
+    page.emulate_media(media="print")
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    assert page.evaluate("document.documentElement.scrollWidth") <= PAPER[0] and page.evaluate(OVERLAPPING) == []
+    page.evaluate("dispatchEvent(new Event('afterprint'))")
+    page.emulate_media(media="screen")
     assert page.evaluate(COLORS) == ["rgb(255, 255, 255)", "rgb(28, 33, 39)"]
     page.emulate_media(color_scheme="dark")
     assert page.evaluate(COLORS) == ["rgb(20, 24, 29)", "rgb(228, 232, 236)"]
