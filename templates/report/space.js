@@ -15,7 +15,8 @@ class Space {
   constructor(host, { label, near }) {
     Object.assign(this, { host, near, scene: new THREE.Scene(), painted: [], tags: [] });
     const canvas = element("canvas", { tabindex: "0", role: "img", "aria-label": `${label} Arrow keys turn the view, plus and minus zoom.` });
-    const context = canvas.getContext("webgl2", { antialias: !drawnByProcessor() });
+    // Without a graphics card smooth edges are slow.
+    const context = canvas.getContext("webgl2", { antialias: true, failIfMajorPerformanceCaveat: true }) || canvas.getContext("webgl2", { antialias: false });
     if (!context) {
       host.replaceChildren(element("p", { class: "note" }, "This browser draws nothing in space (it has no WebGL): the charts and tables show the same figures."));
       host.classList.add("blank");
@@ -240,14 +241,6 @@ const orthographic = () => {
   made.up.set(0, 0, 1);
   return made;
 };
-
-/** Whether WebGL is drawn without a graphics card, which is slow with smooth edges. */
-function drawnByProcessor() {
-  const gl = document.createElement("canvas").getContext("webgl2"), known = gl?.getExtension("WEBGL_debug_renderer_info");
-  const name = known ? gl.getParameter(known.UNMASKED_RENDERER_WEBGL) : "";
-  gl?.getExtension("WEBGL_lose_context")?.loseContext();
-  return /swiftshader|llvmpipe|software|basic render/i.test(name);
-}
 
 /** Put least and largest coordinates of places, on the axes of a camera, into LOW and HIGH. */
 function extent(places, camera) {

@@ -199,9 +199,9 @@ def test_an_addition_shows_what_each_effect_is_worth() -> None:
 
 def test_the_steps_of_an_addition_are_its_ladder() -> None:
     """Residuals of every step are those of its model, and sample targets move by what that model corrects."""
-    addition = added("joint_error_map", "backlash")
+    addition = added("backlash", "transmission_error")
     steps = carried(render_page(addition_document("cell.toml cell.csv", addition)), "steps")["steps"]
-    assert [step["name"] for step in steps] == ["the model as it came", "+ joint_error_map", "+ backlash"]
+    assert [step["name"] for step in steps] == ["the model as it came", "+ backlash", "+ transmission_error"]
     for step, rung in zip(steps, addition.ladder, strict=True):
         assert step["error"] == pytest.approx(1e3 * rung.fit.held_out_rms)
         assert np.sqrt(np.mean(numbers(step["away"]) ** 2)) == pytest.approx(1e3 * rung.fit.rms, rel=1e-3)
