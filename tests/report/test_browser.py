@@ -256,7 +256,8 @@ def test_charts_are_zoomed_together(drawn: Any) -> None:
 def test_the_address_says_place_and_view_and_charts_are_saved(drawn: Any) -> None:
     drawn.click(f'{STATEMENTS} tr:has-text("pSeam40")')
     drawn.click('[data-path="controls"] button:text-is("from above")')
-    drawn.wait_for_function("location.hash.includes('place=') && location.hash.includes('view=')")
+    drawn.wait_for_timeout(250)  # the address is written a moment later
+    assert "place=" in drawn.url and "view=" in drawn.url
     within = """() => { const [a, b] = [".space", ".dot"].map((name) => document.querySelector(name).getBoundingClientRect());
         return [b.left - a.left, b.top - a.top]; }"""
     drawn.evaluate(TICK)
