@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +18,7 @@ from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 from postproc.model.file import default_model
 from postproc.model.uncertainty.scatter import stiffness_factors
+from postproc.results.improve.plan import program_sentences
 from postproc.robot.catalogue import load_robot
 from tests.conftest import ROOT
 from tests.identification.cells import base_fit, cell
@@ -116,3 +119,12 @@ def test_what_is_expected_now_is_what_compensate_says_and_the_poses_lower_it():
     converted = postproc.compensate(ROOT / "samples" / "paper_case.mod", recorded_model(plan.fit))
     assert one.expected_mm == converted.report["expected_on_arm_mm"]
     assert 0 < after[0] <= one.expected_mm[0] and after[1] < one.expected_mm[1]
+
+
+def test_measurements_that_hardly_lower_what_is_expected_are_said_to():
+    seam: Any = SimpleNamespace(program="a.mod", expected_mm=[0.06, 0.43])
+    much, little = (program_sentences([(seam, [0.05, after])], "these 8 poses") for after in (0.12, 0.42))
+    assert (
+        much == "Where `a.mod` welds, 0.06 to 0.43 mm are expected on the arm now, 0.05 to 0.12 mm with these 8 poses."
+    )
+    assert little.startswith(much[:60]) and "hardly less" in little and "`postproc diagnose`" in little

@@ -22,6 +22,9 @@ from postproc.results.wording import parameters_text
 DRAWN = "Each posture from the side, the tool on the right, and from above, the base's x on the right."
 Programs = Sequence[tuple[WeldTargets, list[float]]]
 """Programs, each with the interval [mm] that is expected where it welds once the plan is measured."""
+HARDLY_LOWER = 0.9
+"""Share of what is expected now above which planned measurements hardly lower it."""
+OPEN = "most of it is what no effect of the model explains (`postproc diagnose`), or what such measurements do not tell"
 DECIMALS = 2
 """Of a deviation that is expected [mm], as `compensate` prints it."""
 DRAWING_WIDTH = 170
@@ -120,6 +123,8 @@ def program_sentences(programs: Programs, measured: str) -> str:
         if one.expected_mm is not None:
             now = f"{on_arm_text(one.expected_mm, DECIMALS)} are expected on the arm now"
         lines.append(f"Where `{one.program}` welds, {now}, {on_arm_text(after, DECIMALS)} with {measured}.")
+        if one.expected_mm is not None and after[1] > HARDLY_LOWER * one.expected_mm[1]:
+            lines.append(f"That is hardly less: {OPEN}.")
     return " ".join(lines)
 
 
