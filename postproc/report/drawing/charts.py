@@ -76,7 +76,7 @@ def scatter(
     parts = []
     if noise is not None:
         top, bottom = max(frame.y(noise), frame.top), min(frame.y(-noise), frame.top + frame.height)
-        place = f'x="{frame.left}" width="{frame.width:.1f}" y="{top:.1f}" height="{bottom - top:.1f}"'
+        place = f'x="{frame.margin}" width="{frame.width:.1f}" y="{top:.1f}" height="{bottom - top:.1f}"'
         parts.append(f'<rect {place} class="noise"/>')
     places = frame.places(x, np.clip(y, *frame.range_y))
     points = np.unique(np.round(2 * places[good]).astype(int), axis=0) / 2  # once on the same half pixel
@@ -113,7 +113,7 @@ def shares(curves: Mapping[str, tuple[str, Array]], unit: str, title: str, most:
         at = np.linspace(0.0, 1.05 * most, 120)
         parts.append(line(frame.places(at, 100 * np.searchsorted(values, at, side="right") / len(values)), kind))
         y = frame.top + frame.height - 12 - 17 * (len(known) - 1 - k)
-        right = frame.left + frame.width - 8
+        right = frame.margin + frame.width - 8
         parts.append(f'<text x="{right - 26}" y="{y}" text-anchor="end">{escape(name)}</text>')
         parts.append(line(np.array([[right - 20, y - 4], [right, y - 4]]), kind))
     columns = {f"{name} [{unit}]": values for name, (_, values) in known.items()}
@@ -183,13 +183,13 @@ class ChartAxes:
     def __init__(self, x: Range, y: Range, size: tuple[int, int], title: str = "") -> None:
         """Set the ranges of x and y and the size of the image [pixels]; a title takes 16 pixels at the top."""
         self.range_x, self.range_y, self.size, self.title = x, y, size, title
-        self.left, self.top = 56, 26 if title else 10
-        self.width, self.height = size[0] - self.left - 8, size[1] - self.top - 40
+        self.margin, self.top = 56, 26 if title else 10
+        self.width, self.height = size[0] - self.margin - 8, size[1] - self.top - 40
 
     def places(self, x: Array, y: Array) -> Array:
         """Return the pixels (n, 2), from the left and from the top, of values x (n,) and y (n,)."""
         (x0, x1), (y0, y1) = self.range_x, self.range_y
-        across = self.left + (x - x0) / (x1 - x0) * self.width
+        across = self.margin + (x - x0) / (x1 - x0) * self.width
         down = self.top + (y1 - y) / (y1 - y0) * self.height
         return np.stack([across, down], axis=-1)
 
@@ -207,11 +207,11 @@ class ChartAxes:
         Args:
             parts: SVG elements in pixels. columns: of the table of its values, by their head.
         """
-        bottom, middle = self.top + self.height, self.left + self.width / 2
-        frame = f'<rect x="{self.left}" y="{self.top}" width="{self.width}" height="{self.height}"'
+        bottom, middle = self.top + self.height, self.margin + self.width / 2
+        frame = f'<rect x="{self.margin}" y="{self.top}" width="{self.width}" height="{self.height}"'
         axes = [f'{frame} class="frame"/>']
         for value in ticks(*self.range_y):
-            axes.append(f'<text x="{self.left - 5}" y="{self.y(value) + 4:.1f}" text-anchor="end">{value:.6g}</text>')
+            axes.append(f'<text x="{self.margin - 5}" y="{self.y(value) + 4:.1f}" text-anchor="end">{value:.6g}</text>')
         for value in ticks(*self.range_x):
             axes.append(f'<text x="{self.x(value):.1f}" y="{bottom + 15}" text-anchor="middle">{value:.6g}</text>')
         axes.append(f'<text x="{middle:.0f}" y="{bottom + 33}" text-anchor="middle">{escape(x_label)}</text>')

@@ -128,16 +128,16 @@ def correlation_map(fit: Fit, words: Words) -> str:
     if not 1 < len(index) <= MOST_DRAWN:
         return ""
     labels = [shown[names[k]] for k in index]
-    left = int(12 + LETTER * max(map(len, labels)))
-    wide = left + CELL * len(index) + 4
+    label_width = int(12 + LETTER * max(map(len, labels)))
+    wide = label_width + CELL * len(index) + 4
     cells = []
     for row, i in enumerate(index):
         y = CELL * row + 2
-        cells.append(f'<text x="{left - 6}" y="{y + 11}" text-anchor="end">{escape(labels[row])}</text>')
+        cells.append(f'<text x="{label_width - 6}" y="{y + 11}" text-anchor="end">{escape(labels[row])}</text>')
         for column, j in enumerate(index[: row + 1]):
             kind, value = "plus" if rho[i, j] >= 0 else "minus", float(abs(rho[i, j]))
             title = f"<title>{escape(labels[row])}, {escape(labels[column])}: {rho[i, j]:+.2f}</title>"
-            place = f'x="{left + CELL * column}" y="{y}" width="{CELL - 1}" height="{CELL - 1}"'
+            place = f'x="{label_width + CELL * column}" y="{y}" width="{CELL - 1}" height="{CELL - 1}"'
             cells.append(f'<rect {place} class="{kind}" fill-opacity="{value:.2f}">{title}</rect>')
     high = CELL * len(index) + 4
     head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide}" height="{high}" viewBox="0 0 {wide} {high}"'
@@ -154,5 +154,5 @@ def _place(x: float) -> float:
 
 def _span(low: float, high: float) -> str:
     """Return the style of an interval on the axis."""
-    left, right = _place(low), _place(high)
-    return f"left: {left:.1f}%; width: {right - left:.1f}%"
+    start, end = _place(low), _place(high)
+    return f"left: {start:.1f}%; width: {end - start:.1f}%"
