@@ -18,7 +18,7 @@ from tests.bench.shop.arms import shop
 from tests.bench.shop.sets import csv_of, gauges
 from tests.conftest import ROOT
 
-from .conftest import Call
+from .conftest import Call, Outcome
 
 TYPES = {"text": str, "number": (int, float), "count": int, "yes/no": bool, "null": type(None)}
 ROW = re.compile(r"^\| (`.+?`) \| (.+?) \|", re.MULTILINE)
@@ -100,7 +100,8 @@ fit far.csv --robot irb4600_60_205 --effects BASE -o far.toml
 fit gauges.csv --robot irb1600_10_145 --effects joint_compliance -o soft.toml
 compare cell.toml far.csv
 diagnose cell.toml backlash.csv
-diagnose cell.toml samples/measurements/simulated_step.csv
+fit samples/measurements/simulated_step.csv --robot irb4600_60_205 --effects instrument_frame,tool_frame,joint_compliance -o step.toml
+diagnose step.toml samples/measurements/simulated_step.csv --report step.html
 add cell.toml backlash transmission_error nonlinear_compliance --data backlash.csv -o better.toml
 compensate samples/corner_arc.mod -m better.toml --already geometry,gravity --wobj-taught all
 touchups samples/touched_up/drawn.mod samples/touched_up/touched.mod --robot irb4600_60_205
@@ -121,11 +122,13 @@ effects check own.py
 fit nowhere.csv --robot ur5 --effects joint_offset
 """
 """For the samples, and for inputs that bring out what is rare."""
+STEP = "diagnose step.toml samples/measurements/simulated_step.csv --report step.html"
+"""This one is read as text, too: the document is that of its page."""
 
 
 @pytest.fixture
-def documents(call: Call, samples: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
-    """What the commands print; keys and types are the same with fewer simulated tables and fewer regions."""
+def printed(call: Call, samples: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Outcome]:
+    """What the commands print, by their words; keys and types are the same with fewer simulated tables and fewer regions."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(promise, "TABLES", 2)
     monkeypatch.setattr(regions, "SEARCHED_REGIONS", 2)
@@ -156,10 +159,15 @@ def documents(call: Call, samples: Path, tmp_path: Path, monkeypatch: pytest.Mon
         "own.py": page.partition("```python\n")[2].partition("```")[0].encode(),
     }
     write(tmp_path, files)
-    return [json.loads(call(*line.replace("BASE", BASE).split(), "--json").out) for line in COMMANDS.split("\n")[1:-1]]
+    lines = COMMANDS.split("\n")[1:-1]
+    return {line: call(*line.replace("BASE", BASE).split(), *["--json"] * (line != STEP)) for line in lines}
 
 
-def test_documents_are_as_described(documents: list[dict[str, Any]]) -> None:
+def test_documents_are_as_described(printed: dict[str, Outcome]) -> None:
+    (of_page,) = re.findall(
+        r'<script[^>]*id="document"[^>]*>(.*?)</script', Path("step.html").read_text("utf-8"), re.DOTALL
+    )
+    documents = [json.loads(of_page if line == STEP else outcome.out) for line, outcome in printed.items()]
     (_, everywhere), *sections = described()
     wrong, seen = [], set()
     for document in documents:
@@ -174,3 +182,8 @@ def test_documents_are_as_described(documents: list[dict[str, Any]]) -> None:
     assert {document["schema"].split("/")[1] for document in documents} == {"error"}.union(*(s for s, _ in sections))
     for schemas, types in sections:
         assert {key for key in types if not any((schema, key) in seen for schema in schemas)} <= RARE
+    # Names that the rows do not tell apart are followed by a plan, and a curve is added with what has a name.
+    first, *others = printed[STEP].err.split("next: ")[1].splitlines()
+    assert "`postproc add step.toml joint_offset curve --data " in first
+    assert any("plan step.toml " in line and "--between joint_offset,joint_error_map -o" in line for line in others)
+    assert "and something else that no effect of the library explains" in printed[STEP].out
