@@ -187,3 +187,5 @@ def test_documents_are_as_described(printed: dict[str, Outcome]) -> None:
     assert "`postproc add step.toml joint_offset curve --data " in first
     assert any("plan step.toml " in line and "--between joint_offset,joint_error_map -o" in line for line in others)
     assert "and something else that no effect of the library explains" in printed[STEP].out
+    # As docs/my-effect.md has it.
+    assert re.search(r"joint 4 and follows q4 \(step near -12\.3 ± [\d.]+ deg, 1\.1 mrad in all\)", printed[STEP].out)
