@@ -179,9 +179,9 @@ def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic],
             then = "nothing is told of it" if every else "the row is left out"
             help_ = f"check for a missing separator or a decimal comma; until then {then}"
             if separator == "," and (split_at := _split_numbers(cells, header)):
-                whole, column = split_at[0]
-                message += f": `{whole}` in column `{column}` has a decimal comma"
-                help_ = f"write `{whole.replace(',', '.')}`, or put the cell in quotes; until then {then}"
+                written, column = split_at[0]
+                message += f": `{written}` in column `{column}` has a decimal comma"
+                help_ = f"write `{written.replace(',', '.')}`, or put the cell in quotes; until then {then}"
             diagnostics.append(Diagnostic("DAT004", "warning", message, source, _start(source, number), help_))
             if not every:
                 continue
@@ -209,8 +209,8 @@ def _unlike_its_header(
         help_ = "is the comma the decimal sign, too? export with semicolons between the cells, or with decimal points"
         number, cells = body[0]
         if split_at := _split_numbers(cells, header):
-            whole, column = split_at[0]
-            message += f"; `{whole}` in column `{column}` of line {number} has a decimal comma"
+            written, column = split_at[0]
+            message += f"; `{written}` in column `{column}` of line {number} has a decimal comma"
     return _no_table(message, source, help_)
 
 
@@ -219,13 +219,13 @@ def _split_numbers(cells: Sequence[str], header: Sequence[str]) -> list[tuple[st
 
     From the last column on, two cells of digits alone are taken for one number as long as there are too many cells.
     """
-    k, extra, whole = len(cells) - 1, len(cells) - len(header), list[tuple[str, str]]()
+    k, extra, numbers = len(cells) - 1, len(cells) - len(header), list[tuple[str, str]]()
     for column in reversed(header):
-        if len(whole) < extra and k > 0 and cells[k].isdigit() and cells[k - 1].lstrip("+-").isdigit():
-            whole.append((f"{cells[k - 1]},{cells[k]}", column))
+        if len(numbers) < extra and k > 0 and cells[k].isdigit() and cells[k - 1].lstrip("+-").isdigit():
+            numbers.append((f"{cells[k - 1]},{cells[k]}", column))
             k -= 1
         k -= 1
-    return whole[::-1] if len(whole) == extra > 0 and k == -1 else []
+    return numbers[::-1] if len(numbers) == extra > 0 and k == -1 else []
 
 
 def _as_text(source: Source, diagnostics: list[Diagnostic]) -> Source:
