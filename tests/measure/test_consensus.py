@@ -50,7 +50,7 @@ def spoilt_rows(share: float, run: bool, seed: int) -> np.ndarray:
     return np.arange(30, 30 + count) if run else np.sort(np.random.default_rng(seed).choice(N, count, replace=False))
 
 
-@pytest.mark.parametrize("share", [0.03, 0.06, 0.15, 0.3])
+@pytest.mark.parametrize("share", [0.03, 0.3])
 @pytest.mark.parametrize("run", [False, True], ids=["anywhere", "a run"])
 @pytest.mark.parametrize("kind", SPOILT)
 def test_rows_that_cannot_be_right_are_told_from_the_others(kind, run, share):
@@ -74,7 +74,7 @@ def test_a_few_rows_in_another_unit_are_left_out_and_many_are_named(factor):
     assert rows_in(finding.message) == rest.tolist()
 
 
-@pytest.mark.parametrize("seed", range(1, 7))
+@pytest.mark.parametrize("seed", range(1, 4))
 def test_no_row_of_a_table_that_is_right_is_doubted(seed):
     assert wrong(*arm_with_zeros(seed)) == []
 
