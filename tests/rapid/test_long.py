@@ -7,7 +7,7 @@ import tracemalloc
 import pytest
 
 from postproc.diagnostics import Diagnostic, Source
-from postproc.rapid.execution import all_ways
+from postproc.rapid.execution import abstract_interpreter
 from postproc.rapid.execution.walk import Walk, walk_program
 from postproc.rapid.program.program import read_program
 from postproc.rapid.program.references import declaration_uses
@@ -120,7 +120,7 @@ def test_a_word_of_a_megabyte_in_a_comment_is_read_at_once() -> None:
     assert within(lambda: follow(text), 1e8)
 
 
-FEW_STEPS = all_ways.MAX_STEPS // 10
+FEW_STEPS = abstract_interpreter.MAX_STEPS // 10
 """Of a program that is cut off: what is then said of it is the same as after all."""
 
 
@@ -137,7 +137,7 @@ FEW_STEPS = all_ways.MAX_STEPS // 10
 def test_nested_blocks_end(opening: str, closing: str, findings: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
     """Turns inside turns are a power of the depth: from some point on what follows is not known, and this is said."""
     if findings:
-        monkeypatch.setattr(all_ways, "MAX_STEPS", FEW_STEPS)
+        monkeypatch.setattr(abstract_interpreter, "MAX_STEPS", FEW_STEPS)
     text = module(f"{repeated(opening, 40)}\na:=a+1;\n{MOVE.format('a')}\n{repeated(closing, 40)}")
     with limited(120.0):
         walked = follow(text)
@@ -147,7 +147,7 @@ def test_nested_blocks_end(opening: str, closing: str, findings: list[str], monk
 
 
 def test_calls_that_multiply_are_cut_off_and_still_accounted_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(all_ways, "MAX_STEPS", FEW_STEPS)
+    monkeypatch.setattr(abstract_interpreter, "MAX_STEPS", FEW_STEPS)
     routines = "\n".join(f"PROC r{n}() r{n + 1}; r{n + 1}; ENDPROC" for n in range(24))
     walked = follow(module("r0;", "", f"{routines}\nPROC r24() {MOVE.format(1)} ENDPROC"))
     assert [finding.code for finding in walked.diagnostics] == ["RAP033"]
