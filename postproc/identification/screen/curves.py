@@ -24,6 +24,8 @@ MOST = 40
 SHARPER, NARROWER, SWITCHED = 1.65, 2.5, 3.0
 """As much more as a saw tooth may take off than its wave, a narrow window than a wide one around it, what acts in a
 third of the rows than the same in all."""
+SHAPED, FINER = 2, 1.2
+"""How often a curve is refined until it has its final shape; as much more it may take off when only its numbers are."""
 INDISTINCT = 4.0
 """Edges whose worth differs by no more are not told apart: 95 % of the chi-square distribution."""
 Kind = tuple[tuple[str, ...], str]
@@ -194,12 +196,12 @@ class CurveScreen:
             if self._evidence_with(one, NARROWER) < least:
                 break
             if _kind(one) not in closest and (one.form.kind == "window" or self._evidence_with(one, SHARPER) >= least):
-                closest[_kind(one)] = self._refined(one, refined)
+                closest[_kind(one)] = self._refined(one, refined, least)
                 plain = max(plain, closest[_kind(one)].evidence)
         best = max([ranked[0], *closest.values()], key=lambda s: s.evidence)
         for one in closest.values():
             products = self._switched(one, max(required, best.evidence))
-            switched = [self._refined(other, products) for other in products[:1]]
+            switched = [self._refined(other, products, max(required, best.evidence)) for other in products[:1]]
             if switched and switched[0].evidence > best.evidence:
                 best, refined = switched[0], [*refined, *products]
         # A curve is no more at home in what moves every direction in its own way.
@@ -218,14 +220,17 @@ class CurveScreen:
         evidence = schwarz(square, after, seen.count, seen.linear.freedom)
         return float(evidence) - 2 * float(np.log(tries)) - self.every.price(one.form)
 
-    def _refined(self, one: Suspect, refined: list[Suspect]) -> Suspect:
+    def _refined(self, one: Suspect, refined: list[Suspect], least: float) -> Suspect:
         """Return the best suspect of all levels while the numbers of its curve are refined level by level.
 
         Args:
             refined: the best suspect of every level is appended to it.
+            least: log evidence; a curve that cannot reach it is refined no further than its shape.
         """
         best = one
         while near := sharper(one.form):
+            if one.form.level >= SHAPED and self._evidence_with(one, FINER) < least:
+                break
             price = near.of_blocks(lambda b: self.every.price(b.like))
             one = self._strongest(one.where, self._seen(one.where).falls(near.values), price, near.__getitem__)
             refined.append(one)
