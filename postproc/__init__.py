@@ -131,7 +131,7 @@ def read_measurements(file: str | Path, robot: str | Model, column_map: str | Pa
 
     Args:
         file: CSV file.
-        robot: the arm that was measured, by its name or file; or its model, whose external axes count then.
+        robot: the arm that was measured, by its name or file; or its model, whose external axes and tool count then.
         column_map: TOML file that says what columns are called.
 
     Raises:
@@ -144,8 +144,10 @@ def read_measurements(file: str | Path, robot: str | Model, column_map: str | Pa
     from postproc.robot.catalogue import load_robot
 
     layout = None if column_map is None else read_source(column_map)
-    arm, station = (robot.robot, robot.station) if isinstance(robot, Model) else (load_robot(robot), None)
-    return read_table(read_source(file), arm, column_map=layout, terms=Reading(station=station))
+    if not isinstance(robot, Model):
+        return read_table(read_source(file), load_robot(robot), column_map=layout)
+    terms = Reading(station=robot.station, tool=robot.T_flange_tcp)
+    return read_table(read_source(file), robot.robot, column_map=layout, terms=terms)
 
 
 def compensate(program: Program | str | Path, model: Model, options: Options | None = None) -> Conversion:

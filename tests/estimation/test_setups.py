@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 
@@ -15,13 +16,17 @@ from postproc.estimation.recorded import expected_remaining, recorded_model, sil
 from postproc.identification.add import fit_effects
 from postproc.identification.diagnosis import shortage
 from postproc.identification.predict import Prediction, predict_rows
+from postproc.measure.checks.setups import LoadChanges, find_strays
 from postproc.measure.measurements import Measurements
+from postproc.measure.read.cells import read_cells
+from postproc.measure.read.layout import read_column_map
 from postproc.measure.read.table import read_measurements
+from postproc.measure.read.terms import Reading
 from postproc.model.arm import Model
 from postproc.model.uncertainty.prediction import derivatives, read_uncertainty
 from postproc.robot.catalogue import load_robot
 from postproc.robot.pose import transform
-from tests.bench.shop.arms import Shop, shop
+from tests.bench.shop.arms import ROBOTS, Shop, shop
 from tests.bench.shop.judge import asked_gauges, unseen_rows
 from tests.bench.shop.refit import PRIOR, placed, refit, rms, tcp
 from tests.bench.shop.sets import Rows, csv_of, gauges, joined, real_tcp, table, tips
@@ -40,7 +45,10 @@ def an_arm() -> Shop:
 
 def read(rows: Rows, s: Shop, measured: bool = True) -> Measurements:
     """What the product reads of the rows."""
-    return read_measurements(Source("t.csv", csv_of(rows).encode()), load_robot(s.robot), measured=measured)
+    terms = Reading(tool=transform(s.tool))
+    return read_measurements(
+        Source("t.csv", csv_of(rows).encode()), load_robot(s.robot), None, None, measured, terms=terms
+    )
 
 
 def fitted(rows: Rows, s: Shop, effects: tuple[str, ...] = BASE) -> Fit:
@@ -200,9 +208,53 @@ def test_a_reading_that_contradicts_the_others_is_not_used(name: str, said: str)
     np.testing.assert_allclose(fit.model.effects[-1].vector(), clean.model.effects[-1].vector(), rtol=0.5)
 
 
-def test_gauges_that_agree_give_no_finding() -> None:
-    found = read(gauges(np.random.default_rng(SEED), an_arm()), an_arm()).diagnostics
-    assert not [d for d in found if d.code in ("DAT041", "DAT009")]
+@pytest.mark.parametrize("robot", ROBOTS[:2])
+@pytest.mark.parametrize("count", [6, 12])
+def test_gauges_that_agree_give_no_finding(robot: str, count: int) -> None:
+    for seed in range(4):
+        s = shop(robot, seed)
+        found = read(gauges(np.random.default_rng(seed), s, count), s).diagnostics
+        assert not [d for d in found if d.code in ("DAT041", "DAT009")]
+
+
+def swapped(reading: float) -> float:
+    """A reading with its hundredths and tenths in the wrong order."""
+    whole, hundredths = divmod(round(1e5 * abs(reading)), 100)
+    return float(np.copysign(1e-3 * whole + 1e-4 * (hundredths % 10) + 1e-5 * (hundredths // 10), reading))
+
+
+@pytest.mark.parametrize("robot", ROBOTS[:2])
+@pytest.mark.parametrize(
+    "wrong", [lambda r: r + 1e-3, lambda r: r - 1e-3, swapped, lambda r: r / 10, lambda r: 10 * r],
+    ids=["a turn more", "a turn less", "swapped digits", "a tenth", "tenfold"],
+)  # fmt: skip
+def test_one_misread_reading_of_six_set_ups_is_named(robot: str, wrong: Callable[[float], float]) -> None:
+    s = shop(robot, SEED, geometry=False)
+    rows, judged = gauges(np.random.default_rng(SEED), s, 6), 0
+    for k in range(1, len(rows), 2):
+        spoilt = rows.reading.copy()
+        spoilt[k] = wrong(spoilt[k])
+        if abs(spoilt[k] - rows.reading[k]) < 4e-4:
+            continue
+        data, judged = read(replace(rows, reading=spoilt), s), judged + 1
+        (finding,) = (d for d in data.diagnostics if d.code == "DAT041")
+        assert f"`gauge {rows.name[k]}`" in finding.message and (0, k + 1) in data.wrong
+    assert judged
+
+
+def test_where_either_of_two_set_ups_may_be_misread_both_are_named() -> None:
+    s = an_arm()
+    rows = gauges(np.random.default_rng(SEED), s, 6)
+    source = Source("t.csv", csv_of(rows).encode())
+    data, cells = read(rows, s), read_cells(source, read_column_map(None), [])
+    # Two changes show joint 1 alone and contradict each other, four agree on joint 2.
+    by_joint = np.zeros((6, 6))
+    by_joint[:2, 0] = by_joint[2:, 1] = 1e-3
+    changes = LoadChanges(np.arange(1, 12, 2), np.array([1.2e-3, 2.2e-3, 1e-3, 1e-3, 1e-3, 1e-3]), by_joint)
+    ((finding, wrong),) = find_strays(changes, data, cells)
+    assert wrong.tolist() == [3, 1]
+    assert finding.message.endswith("; or `gauge D1` was misread")
+    assert finding.help is not None and "`gauge D2` and `gauge D1`" in finding.help
 
 
 @pytest.mark.parametrize("name", ["clean", "a turn of the dial"])

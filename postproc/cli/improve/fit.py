@@ -49,7 +49,7 @@ def run(
     model = arm.model()
     words, classes = _effects(",".join(BASE) if arm.effects is None else arm.effects)
     say(f"{assumed(model.robot.name, [c.key for c in classes], table.sigma)}; {robot_from}")
-    measured = table.read(data, model.robot, at=model.station)
+    measured = table.read(data, model)
     if arm.effects is None and measured.T_frame_object is not None:
         stays = FRAME_ROLES if measured.state.session is None else FRAME_ROLES[1:]
         classes = [cls for cls in classes if cls.role not in stays]

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from postproc.effects.base import Effect
     from postproc.measure.measurements import Measurements
     from postproc.model.arm import Model
-    from postproc.robot.arm import Robot
-    from postproc.robot.cells.station import Station
 
 
 @Parameter(name="*")
@@ -90,12 +88,12 @@ class TableOptions:
         words = [word for name, value in stated if value is not None for word in (f"--{name}", str(value))]
         return [*words, *(["--rows-in-order"] if self.rows_in_order else [])]
 
-    def read(self, data: Sequence[str], robot: Robot, measured: bool = True, at: Station | None = None) -> Measurements:
+    def read(self, data: Sequence[str], arm: Model, measured: bool = True) -> Measurements:
         """Read the tables as one, and print their findings.
 
         Args:
-            data: CSV files; ``-`` is stdin. robot: the arm that was measured.
-            measured: False where the table need not say what was measured. at: the arm in its cell, None without one.
+            data: CSV files; ``-`` is stdin. arm: that was measured, in its cell and with its tool.
+            measured: False where the table need not say what was measured.
 
         Raises:
             PostprocError: what is wrong with one of the files.
@@ -108,10 +106,10 @@ class TableOptions:
             help_ = f"those that can be are {', '.join(ACCEPTABLE)}"
             raise PostprocError.of("CLI010", f"`--accept {unknown[0]}`: this finding cannot be accepted", help=help_)
         joints, layout = (read_source(file) if file else None for file in (self.joints, self.columns))
-        terms = Reading(self.rows_in_order, frozenset(self.accept), joints, at)
+        terms = Reading(self.rows_in_order, frozenset(self.accept), joints, arm.station, arm.T_flange_tcp)
         side_sources = [read_source(str(path), read_only=True) for path in self.side_files]
         run = [read_source(self.program), *side_sources] if self.program else None
-        table = read_tables([read_source(name) for name in data], robot, run, layout, measured, terms=terms)
+        table = read_tables([read_source(name) for name in data], arm.robot, run, layout, measured, terms=terms)
         show(table.diagnostics)
         return table.in_order if measured else table
 
@@ -155,4 +153,4 @@ def opened(
     weighed = isinstance(table, MeasuredOptions)
     sigma = table.sigma if isinstance(table, MeasuredOptions) else None
     say(f"{assumed(arm.robot.name, [e.key for e in arm.effects], sigma, weighed)}; model `{model}`")
-    return arm, table.read(data, arm.robot, weighed, arm.station)
+    return arm, table.read(data, arm, weighed)

@@ -68,7 +68,7 @@ class PoseOptions:
         """
         from postproc.identification.planning.design import Room
 
-        listed = None if self.candidates is None else table.read([self.candidates], arm.robot, False, arm.station).state
+        listed = None if self.candidates is None else table.read([self.candidates], arm, False).state
         q, axes = (None, None) if listed is None else (listed.q, listed.external_axes)
         try:
             masses = tuple(float(word) for word in (self.payloads or "").split(",") if self.payloads)

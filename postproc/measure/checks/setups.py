@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import GRAVITY, Array
-from postproc.diagnostics import Diagnostic, Severity
+from postproc.diagnostics import Diagnostic, Severity, joined
 from postproc.measure.kinds.gauge import Gauge
 from postproc.measure.kinds.observed import kind_of, rows_of
 from postproc.measure.kinds.tip import Tip
@@ -29,19 +29,30 @@ TIMES_TYPE = 12.0
 SURE = 0.1
 """Share of the joints' deflections that may go the other way where the sign of their sum is sure."""
 REWEIGHTINGS = 30
-FEWEST_CHANGES = 6
-"""Changes under load from which on one that differs from the others stands out; at most one in so many may."""
-DIAL_M, COMPLIANCE_LOG = 2e-5, 0.7
-"""Usual miss [m] of a change, and deviation of the logarithm of a compliance about its type's."""
+FEWEST_CHANGES, FEWEST_LEFT = 6, 4
+"""At most one change in so many is taken to be wrong, or one of fewer where so many remain."""
+DIAL_M, SHARE, COMPLIANCE_LOG = 2e-5, 0.02, 0.7
+"""Usual miss of a change, in metres and as a share of it, and deviation of the logarithm of a compliance."""
+STRAY, NEARLY = 5.0, 2.0
+"""Deviations by which a wrong change misses what the others predict, and by which another one is less likely wrong."""
+MOST_TRIED = 8
+"""Changes that are tried as the wrong one: those that miss most."""
 
 
 Odd = tuple[Diagnostic, NDArray[np.intp]]
 """A finding, and the rows that are not used for it."""
 
 
-def check_setups(data: Measurements, robot: Robot, cells: Cells) -> tuple[list[Diagnostic], frozenset[tuple[int, int]]]:
-    """Return findings about rows of tips and gauges, and rows (0, number) that cannot have been read as they say."""
-    odd, changes = [*_check_tips(data, robot, cells)], _changes(data, robot)
+def check_setups(
+    data: Measurements, robot: Robot, cells: Cells, tool: Array | None = None
+) -> tuple[list[Diagnostic], frozenset[tuple[int, int]]]:
+    """Return findings about rows of tips and gauges, and rows (0, number) that cannot have been read as they say.
+
+    Args:
+        tool: (4, 4) what gauges touch, in tool0, where the rows do not say it; None for the flange.
+    """
+    at = data.state.T_flange_tcp if data.tool_known or tool is None else np.broadcast_to(tool, (len(data), 4, 4))
+    odd, changes = [*_check_tips(data, robot, cells)], _changes(data, robot, at)
     if changes is not None:
         sizes = [*_check_sizes(changes, robot, cells)]
         odd += sizes or _check_single(changes, data, cells)
@@ -99,13 +110,17 @@ class LoadChanges:
     change: Array
     by_joint: Array
 
-    def some(self, index: NDArray[np.bool_]) -> LoadChanges:
-        """Return some of the changes, by a mask."""
+    def some(self, index: NDArray[np.bool_] | NDArray[np.intp]) -> LoadChanges:
+        """Return some of the changes, by a mask or by indices."""
         return LoadChanges(self.row[index], self.change[index], self.by_joint[index])
 
 
-def _changes(data: Measurements, robot: Robot) -> LoadChanges | None:
-    """Return the changes of gauges under load; None where there are none, or the arm's stiffness is not known."""
+def _changes(data: Measurements, robot: Robot, tool: Array) -> LoadChanges | None:
+    """Return the changes of gauges under load; None where there are none, or the arm's stiffness is not known.
+
+    Args:
+        tool: (n, 4, 4) what the gauge touches, in tool0.
+    """
     state, readings = data.state, data.readings
     gauges = [i for i in rows_of(state, kind_of(Gauge.column)) if data.usable[i]]
     if readings is None or robot.joint_compliance is None or not gauges:
@@ -119,7 +134,7 @@ def _changes(data: Measurements, robot: Robot) -> LoadChanges | None:
     if not pairs:
         return None
     before, row = np.array(pairs).T
-    at_tcp, torque = jacobian(robot, state.q, state.T_flange_tcp), np.zeros_like(state.q)
+    at_tcp, torque = jacobian(robot, state.q, tool), np.zeros_like(state.q)
     if state.payload_mass is not None:
         centre = transform(np.zeros((len(data), 3)) if state.payload_center is None else state.payload_center)
         torque -= GRAVITY * state.payload_mass[:, None] * jacobian(robot, state.q, centre)[:, 2]
@@ -147,7 +162,7 @@ def _check_sizes(changes: LoadChanges, robot: Robot, cells: Cells) -> Iterator[O
 def _check_single(changes: LoadChanges, data: Measurements, cells: Cells) -> Iterator[Odd]:
     """Yield DAT041, with rows that are not used, where a gauge moves against its load whatever the springs are like.
 
-    And where single ones of the other changes suit no springs that suit most (`_check_strays`).
+    And where single ones of the other changes suit no springs that suit most (`find_strays`).
     """
     total = np.abs(changes.by_joint).sum(axis=1)
     against = 0.5 * (total - np.abs(changes.by_joint.sum(axis=1)))
@@ -163,30 +178,61 @@ def _check_single(changes: LoadChanges, data: Measurements, cells: Cells) -> Ite
         if severity == "error":
             help_ = "turn the sign of all directions, or of all readings"
         yield cells.finding("DAT041", severity, message, help_, int(rows[0])), rows
-    yield from _check_strays(changes.some(~turned), data, cells)
+    yield from find_strays(changes.some(~turned), data, cells)
 
 
-def _check_strays(changes: LoadChanges, data: Measurements, cells: Cells) -> Iterator[Odd]:
+def find_strays(changes: LoadChanges, data: Measurements, cells: Cells) -> Iterator[Odd]:
     """Yield DAT041, with rows that are not used, where single changes suit no springs that suit the others.
 
-    The springs are those of least absolute misses, their logarithms near those of the type.
+    With F(S) the least sum of squares that changes S leave (`_misfit`), F(S) - F(S without k) is the square of the
+    distance of change k from what the type and the others predict, over the deviation of that prediction. It is
+    counted by the scatter of the others where this is more than that of a dial. Where leaving out another change would
+    serve nearly as well, both are named.
+    """
+    rest, steps = np.arange(len(changes.row)), []
+    for _ in range(max(1, len(rest) // FEWEST_CHANGES)):
+        if len(rest) <= FEWEST_LEFT:
+            break
+        every, best = _misfit(changes.some(rest))
+        off = np.abs(changes.change[rest] - changes.by_joint[rest] @ np.exp(best))
+        tried = np.argsort(-off)[:MOST_TRIED]
+        left = np.array([_misfit(changes.some(np.delete(rest, k)))[0] for k in tried])
+        steps.append((rest[tried], every - left))
+        rest = np.delete(rest, tried[np.argmin(left)])
+    # Two wrong ones hide each other: all that were taken away are judged by those that remain in the end.
+    square, best = _misfit(changes.some(rest))
+    scale = max(1.0, square / len(rest))
+    off = np.abs(changes.change - changes.by_joint @ np.exp(best))
+    for tried, gain in steps:
+        if gain.max() < STRAY**2 * scale or off[tried[np.argmax(gain)]] < LEAST_CHANGE_M:
+            continue
+        order = np.argsort(-gain)
+        suspects = tried[order[gain[order] > gain.max() - NEARLY**2 * scale]]
+        rows, k = changes.row[suspects], suspects[0]
+        names = [f"`{name}`" for name in dict.fromkeys(data.state.setup_of_rows[rows].tolist())]
+        message = f"{names[0]} changes by {1e3 * changes.change[k]:.3f} mm under load, {1e3 * off[k]:.3f} mm from what "
+        message += "suits the other readings: a turn of the dial is often 1 mm"
+        help_ = "read that set-up again; until then its row under load is not used"
+        if names[1:]:
+            message += f"; or {joined(names[1:], 'or')} was misread"
+            help_ = f"read {joined(names)} again; until then their rows under load are not used"
+        yield cells.finding("DAT041", "warning", message, help_, int(rows[0])), rows
+
+
+def _misfit(changes: LoadChanges) -> tuple[float, Array]:
+    """Return the least sum of squares of the misses of changes and of logarithms x of compliances, and x (6,) there.
+
+    A change misses by `DIAL_M` and `SHARE` of it, x by `COMPLIANCE_LOG` about the type's.
     """
     from scipy.optimize import least_squares
 
-    if len(changes.row) < FEWEST_CHANGES:
-        return
+    sigma = np.hypot(DIAL_M, SHARE * changes.change)
 
     def misses(x: Array) -> Array:
-        """Return the misses of the changes [ruler readings] with logarithms x (6,) of the compliances, and x itself."""
-        return np.append((changes.by_joint @ np.exp(x) - changes.change) / DIAL_M, x / COMPLIANCE_LOG)
+        return np.append((changes.by_joint @ np.exp(x) - changes.change) / sigma, x / COMPLIANCE_LOG)
 
-    best = least_squares(misses, np.zeros(6), loss="soft_l1", max_nfev=200).x
-    predicted = changes.by_joint @ np.exp(best)
-    off = np.abs(changes.change - predicted)
-    far = np.flatnonzero(off > np.maximum(LEAST_CHANGE_M, 10 * np.median(off)) + 0.5 * np.abs(predicted))
-    for k in far if len(far) <= len(off) // FEWEST_CHANGES else ():
-        row = int(changes.row[k])
-        message = f"`{data.state.setup_of_rows[row]}` changes by {1e3 * changes.change[k]:.3f} mm under load, "
-        message += f"{1e3 * off[k]:.3f} mm from what suits the other readings: a turn of the dial is often 1 mm"
-        help_ = "read it again; until then this row is not used"
-        yield cells.finding("DAT041", "warning", message, help_, row), np.array([row])
+    def slopes(x: Array) -> Array:
+        return np.vstack([changes.by_joint * np.exp(x) / sigma[:, None], np.eye(6) / COMPLIANCE_LOG])
+
+    found = least_squares(misses, np.zeros(6), slopes, max_nfev=100)
+    return 2 * float(found.cost), np.asarray(found.x)

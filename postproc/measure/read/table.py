@@ -78,7 +78,8 @@ def read_measurements(
     data, agreed = _without_lost(data, agreement(data, robot), table, robot)
     check_work(data.state, table, robot, data.position)
     findings = check_measurements(data, robot, cells, turns, agreed, measured=measured, unit=unit)
-    odd, misread = check_setups(data, robot, cells) if measured and data.readings is not None else ([], frozenset())
+    read_set_ups = measured and data.readings is not None
+    odd, misread = check_setups(data, robot, cells, terms.tool) if read_set_ups else ([], frozenset())
     findings = accepted([*diagnostics, *findings, *odd], terms.accept)
     if has_errors(findings):
         raise PostprocError(findings)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Set
 from dataclasses import dataclass, replace
 
+from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, Source
 from postproc.robot.cells.station import Station
 
@@ -21,12 +22,14 @@ class Reading:
         accept: codes of findings that stop nothing.
         station: the arm in its cell, where external axes carry it or its work.
         joints: a table of commanded joint angles that stands beside the one that is read.
+        tool: (4, 4) TCP in tool0 of rows that do not say it; None for the flange.
     """
 
     rows_in_order: bool = False
     accept: frozenset[str] = frozenset()
     joints: Source | None = None
     station: Station | None = None
+    tool: Array | None = None
 
 
 AS_IT_IS = Reading()
