@@ -13,6 +13,9 @@ from postproc.cli.program_options import TaskOptions
 from postproc.settings import USER_OPTIONS, Settings, read_arm
 from postproc.settings_files import settings_at
 from tests.batch.build import write
+from tests.compensation.build import small
+
+from .conftest import Call
 
 # Of each option: a line of a file and its value, words of the command line and their value.
 STATED: dict[str, tuple[str, object, str, object]] = {
@@ -88,3 +91,29 @@ def test_what_a_fit_knows_holds_for_the_arm_that_was_measured(samples: Path, tmp
     same, other = (read_arm(s, "p.mod") for s in (settings, replace(settings, robot="irb2600id_15_185")))
     assert same.fit and not other.fit
     assert [e.key for e in same.effects] == [e.key for e in other.effects]
+
+
+@pytest.mark.parametrize(
+    ("option", "help_"),
+    [
+        (("--wobj-taught", "wpat"), "did you mean `wPart`?"),
+        (("--wobj-taught", "wPart,xyz"), "the work objects are `wPart` and `wT`"),
+        (("--taught", "pHom"), "did you mean `pHome`?"),
+        (("--taught", "all"), "name the file that declares it, `--with FILE`"),
+    ],
+)
+def test_an_option_that_names_no_data_of_the_program_is_bad_usage(
+    call: Call, tmp_path: Path, option: tuple[str, str], help_: str
+) -> None:
+    program, out = tmp_path / "in" / "one.mod", tmp_path / "out"
+    program.parent.mkdir()
+    data = 'PERS wobjdata wPart:=[FALSE,TRUE,"",[[0,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];\n'
+    text = small("MoveJ pHome,v200,fine,tT; MoveL p2,v200,fine,tT;", "pHome 1300 -500, p2 1300 -400", data)
+    program.write_text(text, "latin-1")
+    for words in (("compensate", program, "-o", out / "one.mod"), ("batch", program.parent, "-o", out)):
+        made = call(*words, *option)
+        assert (made.code, out.exists()) == (2, False)
+        assert f"error[CLI019]: `{option[0]} {option[1].split(',')[-1]}`: no file declares " in made.err
+        assert f"= help: {help_}\n" in made.err
+    for names in (("--wobj-taught", "all"), ("--wobj-taught", "WPART"), ("--taught", "phome")):
+        assert call("compensate", program, "--check", *names).code == 1

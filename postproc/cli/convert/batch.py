@@ -18,7 +18,8 @@ from postproc.cli.options import AS_WRITTEN, CheckFlag, Format, ReportFile, Requ
 from postproc.cli.output import check_outputs, present
 from postproc.cli.printing import say
 from postproc.cli.program_options import TaskOptions
-from postproc.diagnostics import PostprocError
+from postproc.cli.programs import check_names
+from postproc.diagnostics import PostprocError, Source
 from postproc.files import real
 
 if TYPE_CHECKING:
@@ -65,9 +66,13 @@ def run(
         from postproc.batch.document import batch_document
         from postproc.batch.jobs import get_ready
         from postproc.batch.jobsfile import read_plan
+        from postproc.robot.controller import read_quietly
         from postproc.settings import made_with
 
-        ready = get_ready(read_plan(folder_or_jobs, convert.settings_at, folder), part, folder, report)
+        plan = read_plan(folder_or_jobs, convert.settings_at, folder)
+        paths = {path for task, settings in plan.tasks for path in (*task.paths, *settings.side_files)}
+        check_names(convert, (Source(str(path), read_quietly(path)) for path in sorted(paths)))
+        ready = get_ready(plan, part, folder, report)
         batch, shown = _convert(ready, _workers(workers, scheduler, place), scheduler)
         pages = {
             o.task.name: os.path.relpath(folder / o.page, report.parent) for o in batch.outcomes if o.page and report

@@ -9,7 +9,7 @@ from postproc.cli.options import CertificateFile, CheckFlag, Format, Output, Out
 from postproc.cli.output import check_outputs
 from postproc.cli.printing import STDIN, print_document, show
 from postproc.cli.program_options import TaskOptions
-from postproc.cli.programs import check_unchanged, named_files, read_program_file, read_task, settled
+from postproc.cli.programs import check_names, check_unchanged, named_files, read_program_file, read_task, settled
 from postproc.cli.progress import watching
 from postproc.diagnostics import PostprocError
 from postproc.files import place
@@ -61,6 +61,7 @@ def run(
     check_outputs((program, *settings.inputs), output, report, certificate, module_path)
     settings, arm = settled(settings, program)
     sources, options, findings = read_task(source, settings, output, report, certificate, module_path)
+    check_names(convert, sources)
     with watching(f"correcting `{source.path}`", len(source.line_starts)) as watch:
         result = correct_program(sources, arm, options, watch, findings)
     show(named_files(result.diagnostics, sources))

@@ -9,7 +9,7 @@ from postproc.cli.options import CheckFlag, Format
 from postproc.cli.output import present
 from postproc.cli.printing import show
 from postproc.cli.program_options import ProgramOptions
-from postproc.cli.programs import named_files, read_program_file, read_task, settled
+from postproc.cli.programs import check_names, named_files, read_program_file, read_task, settled
 from postproc.cli.progress import watching
 from postproc.cli.run import BAD_INPUT
 from postproc.diagnostics import Matter, has_errors
@@ -33,6 +33,7 @@ def run(
     source = read_program_file(program)
     settings, arm = settled(stated.settings_at(Path(program).parent), program, bare=True)
     sources, options, findings = read_task(source, settings)
+    check_names(stated, sources)
     with watching(f"reading `{source.path}`", len(source.line_starts)) as watch:
         inspection = inspect_program(sources, arm.robot, options, arm.station)
         values = None

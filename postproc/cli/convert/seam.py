@@ -12,7 +12,7 @@ from postproc.cli.options import CertificateFile, CheckFlag, Distance, ReportFil
 from postproc.cli.output import check_outputs, write
 from postproc.cli.printing import print_document, say, show
 from postproc.cli.program_options import ConvertOptions
-from postproc.cli.programs import read_lent, settled
+from postproc.cli.programs import check_names, read_lent, settled
 from postproc.cli.progress import watching
 from postproc.diagnostics import Source
 
@@ -67,6 +67,7 @@ def run(
     for note in notes:
         say(f"by default, {note}")
     module = Source(str(output), text)
+    check_names(convert, [module, *sides])
     with watching(f"correcting `{output}`", len(module.line_starts)) as watch:
         result = correct_program([module, *sides], arm, settings.options, watch)
     show(result.diagnostics)
