@@ -98,16 +98,20 @@ class OutputTree:
             if file.startswith(COPIES) and path in record.outputs:
                 self.copied[path] = record.outputs[path]
 
-    def close(self) -> None:
-        """Record the copies, and delete what earlier runs made of inputs that are gone."""
+    def close(self) -> list[Finding]:
+        """Record the copies, and delete what earlier runs made of inputs that are gone; return BAT023 for each file."""
         copies = f"{COPIES}{self.part}.json"
         self.now[copies] = TaskRecord(self.part, copies, "unchanged", self.copied)
         self._write(f"{STATE}/{copies}", _encoded(self.now[copies]))
+        removed: list[str] = []
         for file, record in self.before.items():
             if file not in self.now or file.startswith(COPIES):
-                self._remove(record)
+                removed += self._remove(record)
             if file not in self.now and (self.part == "all" or not file.startswith(COPIES)):
                 (self.root / STATE / file).unlink(missing_ok=True)
+        help_ = "put its input back and repeat the batch if it is to stay"
+        texts = [f"`{self.root / path}` is deleted: its input is gone" for path in sorted(removed)]
+        return [Diagnostic("BAT023", "warning", text, help=help_).finding for text in texts]
 
     def foreign(self) -> list[Finding]:
         """Return BAT023 for each RAPID module of the tree that this run neither made, copied nor kept."""
@@ -165,14 +169,21 @@ class OutputTree:
         with _writing(self.root / path):
             write_atomically(self.root / path, data, self.unfinished)
 
-    def _remove(self, record: TaskRecord | None) -> None:
-        """Delete the files of a record that nothing claims and nobody edited, and folders that become empty."""
+    def _remove(self, record: TaskRecord | None) -> list[str]:
+        """Delete the files of a record that nothing claims and nobody edited, and folders that become empty.
+
+        Returns:
+            Paths of the deleted files in the tree.
+        """
+        removed = []
         for path, hash_ in record.outputs.items() if record is not None else ():
             if path not in self.claimed and self._stands(path, hash_):
                 (self.root / path).unlink(missing_ok=True)
+                removed.append(path)
                 with suppress(OSError):  # a folder that is not empty
                     for folder in PurePosixPath(path).parents[:-1]:
                         (self.root / folder).rmdir()
+        return removed
 
 
 @contextmanager

@@ -47,9 +47,7 @@ def run_batch(ready: Ready, pool: Pool, tell: Callable[[TaskOutcome], None]) -> 
         tree.claimed.update(path for path in ready.plan.copies if not ready.shard.owns(path))
         for record, files in run_jobs(_jobs(ready, tree, note), pool):
             note(record, edited=tree.add(record, files))
-        findings = _copy_files(ready, tree)
-        tree.close()
-        findings += tree.foreign()
+        findings = [*_copy_files(ready, tree), *tree.close(), *tree.foreign()]
     outcomes.sort(key=lambda outcome: outcome.task.name)
     copied = sum(map(ready.shard.owns, ready.plan.copies)) - sum(finding.severity == "error" for finding in findings)
     return Batch(tuple(outcomes), copied, tuple(findings))

@@ -106,7 +106,14 @@ def test_what_has_no_input_any_more_goes_and_what_is_not_ours_stays(work: Work) 
     work.convert()
     write(work.out, {"line1/mine.txt": "mine", SEAM[2]: "edited by hand"})
     work.remove(*SEAM[:3], "line0/note.txt", "deep/x.mod")
-    assert work.convert().statuses == {SEAM[3]: "compensated"}
+    gone = ["deep/x.mod", SEAM[0], "line0/note.txt", SEAM[1]]
+    again = work.convert()
+    assert again.statuses == {SEAM[3]: "compensated"}
+    assert [f"{f.code} {f.message.replace(f'{work.out}/', '')}" for f in again.batch.findings] == [
+        *(f"BAT023 `{name}` is deleted: its input is gone" for name in gone),
+        f"BAT023 `{SEAM[2]}` comes of no program of this batch",
+    ]
+    assert again.batch.copied == 0 and work.convert().batch.findings == again.batch.findings[-1:]
     assert set(work.outputs()) == {SEAM[3], "line1/mine.txt", SEAM[2]}
     assert not (work.out / "deep").exists()
 
