@@ -110,8 +110,9 @@ PLACES = ("--programs", "my programs", "--approved", "ok")
 @pytest.mark.parametrize(
     ("words", "code", "first"),
     [
-        (("check", *PLACES, PROGRAM), 0, ""),
-        (("check", *PLACES), 0, ""),
+        (("check", *PLACES, PROGRAM), 0, f"`{PROGRAM}` is as approved\nall 1 are as approved\n"),
+        (("check", *PLACES), 0, f"`{PROGRAM}` is as approved\nall 1 are as approved\n"),
+        (("check", *PLACES, "--verbose"), 0, "arm `irb4600"),
         (("check", *PLACES, "--force", "100,0,0", PROGRAM), 1, ""),
         (("read", PROGRAM), 0, ""),
         (("read", "--robot", "irb4600_60_205", "broken/broken.mod", PROGRAM), 1, ""),
@@ -121,7 +122,8 @@ PLACES = ("--programs", "my programs", "--approved", "ok")
         (("check", "--programs", "nowhere"), 2, "error[CLI016]"),
         (("check", "--programs", "none"), 2, "error[CLI016]"),
         (("check", "--programs", "-delete"), 2, "error[CLI016]"),
-        (("check", "--programs", "my programs", "--approved", "gone"), 2, "error[CLI016]"),
+        (("check", "--programs", "my programs", "--approved", "gone"), 1, f"`{PROGRAM}` is as approved\nerror[CLI016]"),
+        (("diff", "--programs", "my programs", "--approved", "gone"), 1, "error[CLI016]"),
         (("check", "--programs", "gone", "ok/corner_arc.mod"), 2, "error[CLI016]"),
         # No input is written over.
         (("read", "--sarif", PROGRAM, PROGRAM), 2, "error[CLI007]"),
@@ -142,6 +144,25 @@ def test_the_hooks_of_pre_commit(
     assert hooks.main(words) == code
     assert capsys.readouterr().err.startswith(first)
     assert Path(PROGRAM).read_bytes() == before
+
+
+def test_a_check_goes_on_where_an_output_has_no_program_and_writes_its_log(
+    repository: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(repository)
+    for name in ("corner_arc.mod", "other.mod", ".postproc/edited/12345678/mine.mod", ".git/old.mod"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(repository / "ok" / "corner_arc.mod", tmp_path / name)
+    words = ("check", "--programs", "my programs", "--approved", str(tmp_path), "--sarif", str(tmp_path / "log.sarif"))
+    assert hooks.main((*words, "--force", "100,0,0")) == 1
+    first, last = capsys.readouterr().err.splitlines()[-2:]
+    assert first.startswith(f"1 of 1 programs are not as approved: {PROGRAM}; approve with `postproc batch`, or ")
+    assert last == "1 approved output has no program: take out what CLI016 names"
+    (gone,) = [r for r in check_sarif(json.loads((tmp_path / "log.sarif").read_text())) if r["ruleId"] == "CLI016"]
+    assert "other.mod` is not in `my programs`" in gone["message"]["text"]
+    (tmp_path / "other.mod").unlink()
+    assert hooks.main(words) == 0
+    assert capsys.readouterr().err.endswith("all 1 are as approved\n")
 
 
 def test_hooks_are_declared_with_what_the_script_takes() -> None:

@@ -4,29 +4,36 @@
 
 ``check`` asks whether ``compensate`` would write what is approved, ``diff`` compares a program with the approved one by
 meaning, ``read`` inspects it. Without names it is every program below the folder, and every approved one must have its
-program. Other options go to the command. Exit code: the largest of all programs; 2 where there is none.
+program. Other options go to the command. Exit code: the largest of all programs; 2 where there is none. What ``check``
+prints of a program that is as approved is one line, with ``--verbose`` all.
 """
 
 from __future__ import annotations
 
 import io
 import json
+import re
 import sys
 from argparse import SUPPRESS, ArgumentParser
-from collections.abc import Sequence
-from contextlib import nullcontext, redirect_stdout
+from collections.abc import Iterator, Sequence
+from contextlib import nullcontext, redirect_stderr, redirect_stdout
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from postproc.cli.app import build
 from postproc.cli.output import check_outputs, write
-from postproc.cli.printing import say
-from postproc.cli.run import BAD_INPUT, guarded, run
-from postproc.diagnostics import PostprocError
+from postproc.cli.printing import print_stderr, say
+from postproc.cli.run import BAD_INPUT, EVERYTHING, FINDINGS, guarded, run
+from postproc.diagnostics import Diagnostic, PostprocError, Source
 from postproc.rapid.program.program import ENDINGS
+from postproc.tasks.discover import IGNORED_FOLDERS
 
 MODULE_SUFFIXES = frozenset({".mod", ".prg", ".modx"})
 """Endings of programs, which are looked for in a folder; system modules are lent to them."""
+_CHANGES = re.compile("(?m)^`.*` (would change|is not there and would be written)")
+_LACKS = re.compile("(?m)^`--require (model|arm)`: ")
+"""Lines of ``compensate --check`` on an output that would change, and on a requirement that is not met."""
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -55,27 +62,68 @@ def _every(name: str, folders: dict[str, Path], words: list[str]) -> int:
     """
     first = max((i + 1 for i, word in enumerate(words) if Path(word).suffix.lower() not in ENDINGS), default=0)
     options, programs = words[:first], [Path(word) for word in words[first:]]
+    gone = [] if programs else _without_program(folders)
     programs = programs or _in_folder(folders)
     commands = [_command(name, program, folders) for program in programs]
     log = folders.get("--sarif") if name != "diff" else None
     check_outputs([*programs, *_below(folders.get("--programs")), *_below(folders.get("--approved"))], log)
+    form = [] if log is None else ["--format", "sarif"]
+    calls = [partial(run, build(), [*command, *options, *form]) for command in commands]
+    calls += [partial(guarded, partial(_refuse_output, path, folders["--programs"]), form) for path in gone]
     logs: list[dict[str, Any]] = []
-    codes, form = list[int](), [] if log is None else ["--format", "sarif"]
-    for command in commands:
-        printed = io.StringIO()
-        with nullcontext() if log is None else redirect_stdout(printed):
-            codes.append(run(build(), [*command, *options, *form]))
+    codes, texts = list[int](), list[str]()
+    for path, call in zip([*programs, *gone], calls, strict=True):
+        printed, messages = io.StringIO(), io.StringIO()
+        with (
+            nullcontext() if log is None else redirect_stdout(printed),
+            redirect_stderr(messages) if name == "check" else nullcontext(),
+        ):
+            codes.append(call())
+        texts.append(messages.getvalue())
         logs += [json.loads(printed.getvalue())] if printed.getvalue() else []
+        if name == "check":
+            short = not codes[-1] and EVERYTHING not in options
+            print_stderr(f"`{path.as_posix()}` is as approved\n" if short else texts[-1], end="")
     if logs and log is not None:
         from postproc.report.sarif import merged
 
         write(log, json.dumps(merged(logs), indent=1) + "\n")
-    red = [program.as_posix() for program, code in zip(programs, codes, strict=True) if code]
     if name == "check":
-        named = f": {', '.join(red)}; approve with `postproc batch`, or `compensate PROGRAM -o APPROVED`" if red else ""
-        required = " or lack what `--require` asks" if any(word.startswith("--require") for word in options) else ""
-        say(f"{len(red)} of {len(programs)} programs are not as approved{required}{named}")
+        for line in _verdict_lines(programs, codes, texts, len(gone)):
+            say(line)
     return max(codes)
+
+
+def _verdict_lines(programs: Sequence[Path], codes: Sequence[int], texts: Sequence[str], gone: int) -> Iterator[str]:
+    """Yield what ``check`` says in the end: how many programs are not as approved, or lack something else.
+
+    Args:
+        codes, texts: exit code of each program and what was printed of it on stderr. gone: outputs without a program.
+    """
+    red = [(program.as_posix(), text) for program, code, text in zip(programs, codes, texts, strict=False) if code]
+    changed = [name for name, text in red if _CHANGES.search(text)]
+    lacking = [name for name, text in red if _LACKS.search(text)]
+    failed = [name for name, _ in red if name not in {*changed, *lacking}]
+    approve = "approve with `postproc batch`, or `compensate PROGRAM -o APPROVED`"
+    kinds = [
+        (changed, "not as approved", approve),
+        (lacking, "without what `--require` asks", "an approval does not cure that; the line of each says what does"),
+        (failed, "not converted", "their findings say why"),
+    ]
+    for names, what, cure in kinds:
+        if names:
+            yield f"{len(names)} of {len(programs)} programs are {what}: {', '.join(names)}; {cure}"
+    if gone:
+        yield f"{gone} approved output{'s have' if gone > 1 else ' has'} no program: take out what CLI016 names"
+    if not red and not gone:
+        yield f"all {len(programs)} are as approved"
+
+
+def _refuse_output(path: Path, folder: Path) -> None:
+    """Raise CLI016, exit code 1: an approved output has no program in the folder."""
+    help_ = "take the approved output out with its program"
+    text = f"the program of `{path.as_posix()}` is not in `{folder.as_posix()}`"
+    raise PostprocError([Diagnostic("CLI016", "error", text, Source(path.as_posix(), b""), help=help_)], FINDINGS)
 
 
 def _in_folder(folders: dict[str, Path]) -> list[Path]:
@@ -85,23 +133,29 @@ def _in_folder(folders: dict[str, Path]) -> list[Path]:
         folders: the options of this script, by name.
 
     Raises:
-        PostprocError: CLI016, there is none, or an approved output has no program any more.
+        PostprocError: CLI016, there is none.
     """
-    folder, approved = folders.get("--programs"), folders.get("--approved")
-    programs = _below(folder)
-    if folder is None or not programs:
+    folder = folders.get("--programs")
+    if folder is None or not (programs := _below(folder)):
         where = "no program is named" if folder is None else f"there is no program in `{folder}`"
         raise PostprocError.of("CLI016", f"nothing is checked: {where}", help="name programs, or their folder")
-    names = {path.relative_to(folder) for path in programs}
-    if gone := [path for path in _below(approved) if approved and path.relative_to(approved) not in names]:
-        text = f"the program of `{gone[0]}` is not in `{folder}`"
-        raise PostprocError.of("CLI016", text, help="take the approved output out with its program")
     return programs
 
 
+def _without_program(folders: dict[str, Path]) -> list[Path]:
+    """Return the approved outputs whose programs are not in the folder ``--programs``."""
+    folder, approved = folders.get("--programs"), folders.get("--approved")
+    if folder is None or approved is None:
+        return []
+    names = {path.relative_to(folder) for path in _below(folder)}
+    return [path for path in _below(approved) if path.relative_to(approved) not in names]
+
+
 def _below(folder: Path | None) -> list[Path]:
-    """Return the programs below a folder, sorted; none for None."""
-    every = () if folder is None else folder.rglob("*")
+    """Return the programs below a folder, sorted, without what a batch keeps for itself; none for None."""
+    if folder is None:
+        return []
+    every = (path for path in folder.rglob("*") if IGNORED_FOLDERS.isdisjoint(path.relative_to(folder).parts))
     return sorted(path for path in every if path.suffix.lower() in MODULE_SUFFIXES and path.is_file())
 
 

@@ -12,6 +12,8 @@ from postproc.results.convert.figures import decimals, main_figure
 MET = {"model": ("kept", "not_shown"), "arm": ("kept",)}
 """Verdicts with which a requirement is met."""
 LACKS = {"model": "not kept in the model", "arm": "not shown on the arm"}
+MEASURE = "measure the arm (`postproc plan`, `postproc fit`) and name that model, or ask for less with `--tolerance`"
+"""What may help where the tolerance is kept in the model alone."""
 
 
 def missed(require: str, programs: Mapping[str, Values]) -> str | None:
@@ -27,7 +29,8 @@ def missed(require: str, programs: Mapping[str, Values]) -> str | None:
         return None
     name = max(lacking, key=lambda name: _over(main_figure(lacking[name]), require) / lacking[name]["tolerance_mm"])
     count = f" in {len(lacking)} of {len(programs)} programs, the worst" if len(programs) > 1 else ""
-    return f"the tolerance is {LACKS[require]}{count}: `{name}`, {_where(lacking[name], require)}"
+    cure = MEASURE if lacking[name]["verdict"] == "not_shown" else "CMP005 and CMP006 say of each statement what helps"
+    return f"the tolerance is {LACKS[require]}{count}: `{name}`, {_where(lacking[name], require)}. To meet it: {cure}"
 
 
 def _over(place: Values | None, require: str) -> float:
