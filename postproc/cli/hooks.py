@@ -12,16 +12,16 @@ from __future__ import annotations
 
 import io
 import json
-import re
 import sys
 from argparse import SUPPRESS, ArgumentParser
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import nullcontext, redirect_stderr, redirect_stdout
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from postproc.cli.app import build
+from postproc.cli.check_verdict import verdict_lines
 from postproc.cli.output import check_outputs, write
 from postproc.cli.printing import print_stderr, say
 from postproc.cli.run import BAD_INPUT, EVERYTHING, FINDINGS, guarded, run
@@ -31,9 +31,6 @@ from postproc.tasks.discover import IGNORED_FOLDERS
 
 MODULE_SUFFIXES = frozenset({".mod", ".prg", ".modx"})
 """Endings of programs, which are looked for in a folder; system modules are lent to them."""
-_CHANGES = re.compile("(?m)^`.*` (would change|is not there and would be written)")
-_LACKS = re.compile("(?m)^`--require (model|arm)`: ")
-"""Lines of ``compensate --check`` on an output that would change, and on a requirement that is not met."""
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -89,34 +86,9 @@ def _every(name: str, folders: dict[str, Path], words: list[str]) -> int:
 
         write(log, json.dumps(merged(logs), indent=1) + "\n")
     if name == "check":
-        for line in _verdict_lines(programs, codes, texts, len(gone)):
+        for line in verdict_lines(programs, codes, texts, len(gone)):
             say(line)
     return max(codes)
-
-
-def _verdict_lines(programs: Sequence[Path], codes: Sequence[int], texts: Sequence[str], gone: int) -> Iterator[str]:
-    """Yield what ``check`` says in the end: how many programs are not as approved, or lack something else.
-
-    Args:
-        codes, texts: exit code of each program and what was printed of it on stderr. gone: outputs without a program.
-    """
-    red = [(program.as_posix(), text) for program, code, text in zip(programs, codes, texts, strict=False) if code]
-    changed = [name for name, text in red if _CHANGES.search(text)]
-    lacking = [name for name, text in red if _LACKS.search(text)]
-    failed = [name for name, _ in red if name not in {*changed, *lacking}]
-    approve = "approve with `postproc batch`, or `compensate PROGRAM -o APPROVED`"
-    kinds = [
-        (changed, "not as approved", approve),
-        (lacking, "without what `--require` asks", "an approval does not cure that; the line of each says what does"),
-        (failed, "not converted", "their findings say why"),
-    ]
-    for names, what, cure in kinds:
-        if names:
-            yield f"{len(names)} of {len(programs)} programs are {what}: {', '.join(names)}; {cure}"
-    if gone:
-        yield f"{gone} approved output{'s have' if gone > 1 else ' has'} no program: take out what CLI016 names"
-    if not red and not gone:
-        yield f"all {len(programs)} are as approved"
 
 
 def _refuse_output(path: Path, folder: Path) -> None:

@@ -14,11 +14,11 @@ from cyclopts.validators import Number
 from postproc.batch.values import Shard
 from postproc.cli.convert.batch_lines import Reporter, arm_lines, reporting
 from postproc.cli.convert.finish import say_missed
+from postproc.cli.data_names import check_names
 from postproc.cli.options import AS_WRITTEN, CheckFlag, Format, ReportFile, Require, RequiredOutput
 from postproc.cli.output import check_outputs, present
 from postproc.cli.printing import say
 from postproc.cli.program_options import TaskOptions
-from postproc.cli.programs import check_names
 from postproc.diagnostics import PostprocError, Source
 from postproc.files import real
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from postproc.cli.convert.finish import finish, module_file, say_missed, show_result
+from postproc.cli.data_names import check_names
 from postproc.cli.options import CertificateFile, CheckFlag, Format, Output, OutputFlag, ReportFile, Require
 from postproc.cli.output import check_outputs
 from postproc.cli.printing import STDIN, print_document, show
 from postproc.cli.program_options import TaskOptions
-from postproc.cli.programs import check_names, check_unchanged, named_files, read_program_file, read_task, settled
+from postproc.cli.programs import check_unchanged, named_files, read_program_file, read_task, settled
 from postproc.cli.progress import watching
 from postproc.diagnostics import PostprocError
 from postproc.files import place

@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+from postproc.cli.data_names import check_names
 from postproc.cli.options import CheckFlag, Format
 from postproc.cli.output import present
 from postproc.cli.printing import show
 from postproc.cli.program_options import ProgramOptions
-from postproc.cli.programs import check_names, named_files, read_program_file, read_task, settled
+from postproc.cli.programs import named_files, read_program_file, read_task, settled
 from postproc.cli.progress import watching
 from postproc.cli.run import BAD_INPUT
 from postproc.diagnostics import Matter, has_errors

@@ -7,12 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from postproc.cli.convert.finish import show_result
+from postproc.cli.data_names import check_names
 from postproc.cli.inputs import read_source
 from postproc.cli.options import CertificateFile, CheckFlag, Distance, ReportFile, RequiredOutput, Tolerance
 from postproc.cli.output import check_outputs, write
 from postproc.cli.printing import print_document, say, show
 from postproc.cli.program_options import ConvertOptions
-from postproc.cli.programs import check_names, read_lent, settled
+from postproc.cli.programs import read_lent, settled
 from postproc.cli.progress import watching
 from postproc.diagnostics import Source
 
