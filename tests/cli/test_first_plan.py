@@ -50,6 +50,13 @@ def test_the_document_says_what_remains_and_what_no_load_tells(call: Call):
     assert after[1] < 0.3 * before[1] and 1 in said["joints_never_loaded"]
 
 
+@pytest.mark.parametrize(("count", "planned"), [(1, "with this set-up"), (2, "with these 2 set-ups")])
+def test_one_set_up_or_two_are_a_plan(count: int, planned: str, call: Call, tmp_path: Path):
+    done = call("plan", "irb2600_20_165", "-n", count, "--kind", "gauge", "--load", "15", "-o", tmp_path / "t.csv")
+    assert done.code == 0 and planned in done.err
+    assert len((tmp_path / "t.csv").read_text("utf-8").splitlines()) == 1 + 2 * count
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

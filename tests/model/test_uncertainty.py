@@ -122,13 +122,21 @@ def test_a_file_carries_it_and_a_model_without_a_fit_has_none(tmp_path):
 
 
 def test_states_beyond_the_measured_range_are_named():
-    state = ARM.state(draws(4), payload_mass=np.full(4, 10.0))
-    fitted = replace(ARM, fit={"range": range_table(state)})
+    state = FITTED.state(draws(4), payload_mass=np.full(4, 10.0))
+    fitted = replace(FITTED, fit={"range": range_table(state)})
     assert beyond_range(fitted, state) == beyond_range(ARM, state) == ()
     far = state.with_(q=state.q + np.array([0, 2.5, 0, 0, 0, 0]), payload_mass=np.full(4, 30.0))
     first, second = beyond_range(fitted, far)
     assert (first.channel, first.reached) == ("q2", pytest.approx(far.q[:, 1].max()))
     assert second.text == "payload is 30.0 kg, measured from 10.0 to 10.0"
+
+
+def test_angles_that_no_row_had_are_within_the_range_of_a_model_of_springs_alone():
+    state = ARM.state(draws(4), payload_mass=np.full(4, 10.0))
+    far = state.with_(q=state.q + 2.5, payload_mass=np.full(4, 30.0))
+    springs, zeros = (replace(arm, fit={"range": range_table(state)}) for arm in (ARM, FITTED))
+    assert [b.channel for b in beyond_range(springs, far)] == ["payload"]
+    assert [b.channel for b in beyond_range(zeros, far)][-2:] == ["q6", "payload"]
 
 
 def test_a_side_from_which_no_row_came_is_outside_the_range():

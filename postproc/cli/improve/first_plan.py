@@ -91,8 +91,8 @@ def plan_first(
     module = setups_module(plan, "the table" if table is None else table.name, options.signal)
     files = [(rapid, module), (sheet, render_sheet(document).encode("utf-8", "replace"))]
     shown = [(table, csv)] * (table is not None or not json)
-    write_together([*(pair for pair in files if pair[0] is not None), *shown])
     present(document, json=json, text=True, on_stderr=True)
+    write_together([*(pair for pair in files if pair[0] is not None), *shown])
     if table is not None and not json:
         what = "says what is known of the arm, once the readings are filled in"
         say_next(what, "fit", table, "--robot", arm.robot_name, *arm_options.words(), "-o", "MODEL.toml")

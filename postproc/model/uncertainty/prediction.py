@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from postproc.arrays import Array, blocks
 from postproc.channels.state import State
 from postproc.effects.asking import displacement_of
+from postproc.effects.roles import Role
 from postproc.grouping import grouped
 from postproc.model.arm import Model, as_written
 from postproc.model.derivatives.places import BATCH, PLACES, displacement_parts, flat
@@ -20,6 +21,9 @@ from postproc.model.equilibrium import predict
 from postproc.model.uncertainty.field import Field
 from postproc.model.uncertainty.packed import pack_correlation, unpack_correlation
 
+JOINTS = tuple(f"q{j}" for j in range(1, 7))
+OF_LOADS = (Role.JOINT_SPRINGS, Role.SETUPS)
+"""Roles of effects that follow from loads alone, or only say what was read."""
 MARGIN = 0.02  # of a channel's measured span: a program may go so far beyond without a word
 
 
@@ -332,8 +336,14 @@ def range_table(states: Sequence[State] | State) -> dict[str, list[float]]:
 
 
 def beyond_range(model: Model, state: State) -> tuple[Beyond, ...]:
-    """Return the channels in which states leave the model's measured range by over 2 % of it; empty without a range."""
+    """Return the channels in which states leave the model's measured range by over 2 % of it; empty without a range.
+
+    Joint angles do not count for a model that has nothing but springs: a spring turns by its torque wherever the arm
+    stands, and one that no row wound up has the covariance of its type.
+    """
     table: Mapping[str, Any] = model.fit.get("range", {})
+    if all(effect.role in OF_LOADS or effect.is_null for effect in model.effects):
+        table = {name: span for name, span in table.items() if name not in JOINTS}
     beyond = []
     for name, values in _channels(state.with_(station=model.station)).items():
         if name not in table or name == "time":  # what follows the time is a session's own
@@ -348,7 +358,7 @@ def beyond_range(model: Model, state: State) -> tuple[Beyond, ...]:
 
 def _channels(state: State) -> dict[str, Array]:
     """Return the values (n,) of each channel that the states have, by its name in [fit.range]."""
-    channels = {f"q{j + 1}": state.q[:, j] for j in range(6)}
+    channels = dict(zip(JOINTS, state.q.T, strict=True))
     for name, values in (("payload", state.payload_mass), ("temperature", state.temperature), ("time", state.time)):
         if values is not None and np.isfinite(values).any():
             channels[name] = np.broadcast_to(np.asarray(values, dtype=float), (len(state),))

@@ -29,7 +29,7 @@ def first_plan_document(name: str, plan: SetupPlan) -> Document:
     loads = [load or "none" for load in plan.loads]
     rows = list(zip(plan.ids, *zip(*q, strict=True), loads, plan.words, [x or "" for x in change], strict=True))
     drawn = Chart(lambda: posture_drawings(plan.model, plan.state.q, plan.ids, gauge * plan.direction), SETUP_WIDTH)
-    table = DataTable("set-ups", columns, rows, brief=range(3), decimals=[None, *[1] * 6, None, None, 3])
+    table = DataTable("set-ups", columns, rows, brief=range(len(rows))[:3], decimals=[None, *[1] * 6, None, None, 3])
     sections = [Section("Readings", [table]), Section("Postures from the side", [drawn])]
     keys = ("pose_id", "name", "load", "expected_change_mm")
     listed = zip(plan.ids, plan.names, plan.loads, [mm(x, 4) for x in plan.change], strict=True)
@@ -53,7 +53,8 @@ def first_plan_sentence(plan: SetupPlan) -> str:
     shares = plan.remaining
     before, after, load_before, load_after = map(percent_range, shares.values())
     text = f"Of the deflection of `{plan.model.robot.name}` in this region {before} is expected to remain after a "
-    planned = f"these {len(plan.state)} set-ups"
+    count = len(plan.state)
+    planned = f"these {count} set-ups" if count > 1 else "this set-up"
     lines = [program_sentences(plan.programs, planned)] * bool(plan.programs)
     lines.append(f"{text}correction as the arm is known now, {after} with {planned}.")
     if shares["of_loads_before"][1] > 0:
