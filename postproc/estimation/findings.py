@@ -219,12 +219,14 @@ def implausible(fit: Fit) -> list[Diagnostic]:
     after = fit.posterior
     names = (*after.names, *after.unidentifiable)
     size = of_parameters(fit.model.effects, names, lambda e: ordinary_sizes(e, fit.model.robot))
-    amplitude = of_parameters(fit.model.effects, names, lambda e: (e.amplitudes() & (not is_placed(e))).astype(float))
+    # A tracker's reflector may be anywhere on the tool; where rows have set-ups, the TCP itself is what they touch.
+    judged = {e.key for e in fit.model.effects if not is_placed(e) or (fit.problem.few and e.role is Role.TOOL_FRAME)}
+    amplitude = of_parameters(fit.model.effects, names, lambda e: e.amplitudes() * float(e.key in judged))
     ordinary = np.array([source == ORDINARY for source in after.sources], dtype=bool) & (amplitude > 0)
     far = (np.abs(after.mean) > FAR * size) & (after.deviations > UNDETERMINED_SHARE * size)
     count, covariance = len(after.names), after.directions.T @ after.directions
     covariance[:count, :count] += after.covariance
-    findings = []
+    findings, tool = [], getattr(fit.model.in_role(Role.TOOL_FRAME), "key", None)
     for k in np.flatnonzero(ordinary & far).tolist():
         tied = np.abs(covariance[k]) / np.maximum(after.deviations, 1e-300)
         tied[k] = -1.0
@@ -233,5 +235,7 @@ def implausible(fit: Fit) -> list[Diagnostic]:
         message = f"`{name}` is {after.mean[k]:.2g} ± {after.deviations[k]:.1g}, {times}, and the rows hardly tell it "
         message += f"from `{other}`"
         help_ = f'state what is known of it under `[priors]` of the model, `"{name}" = [0, {size[k]:.1g}, "shop"]`'
+        if names[k][0] == tool:
+            help_ = "is a reading wrong? Where the TCP is known, state it, `--tool X,Y,Z`"
         findings.append(Diagnostic("DAT053", "warning", message, fit.data.source, help=f"{help_}, and fit again"))
     return findings

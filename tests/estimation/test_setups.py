@@ -11,6 +11,7 @@ import pytest
 
 from postproc.diagnostics import PostprocError, Source
 from postproc.effects.registry import effect_library
+from postproc.estimation.findings import implausible
 from postproc.estimation.fitted import Fit
 from postproc.estimation.recorded import expected_remaining, recorded_model, silent
 from postproc.identification.add import fit_effects
@@ -255,6 +256,26 @@ def test_where_either_of_two_set_ups_may_be_misread_both_are_named() -> None:
     assert wrong.tolist() == [3, 1]
     assert finding.message.endswith("; or `gauge D1` was misread")
     assert finding.help is not None and "`gauge D2` and `gauge D1`" in finding.help
+
+
+def test_set_ups_of_which_several_are_misread_contradict_each_other() -> None:
+    s = an_arm()
+    rows = gauges(np.random.default_rng(SEED), s, 6)
+    spoilt = rows.reading.copy()
+    spoilt[1::2] += np.array([0.0, 2.0, 0.0, -0.8, 0.0, 2.0]) * (spoilt[1::2] - spoilt[::2])
+    data = read(replace(rows, reading=spoilt), s)
+    (finding,) = (d for d in data.diagnostics if d.code == "DAT041")
+    assert "contradict each other" in finding.message and not data.wrong
+
+
+def test_a_tool_far_off_that_gauges_hardly_tell_from_springs_is_to_be_stated() -> None:
+    s = shop(ROBOT, SEED + 1, geometry=False)
+    rows = gauges(np.random.default_rng(SEED + 1), s, 6)
+    stated, springs = fitted(rows, s), [effect_library()[key] for key in BASE]
+    assert not implausible(stated)
+    free = fit_effects(Model(load_robot(s.robot), robot_name=s.robot), read(rows, s), springs)
+    found = [d for d in implausible(free) if d.message.startswith("`tool_frame.shift_m")]
+    assert found and all("`--tool X,Y,Z`" in str(d.help) for d in found)
 
 
 @pytest.mark.parametrize("name", ["clean", "a turn of the dial"])

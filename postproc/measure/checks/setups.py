@@ -35,6 +35,8 @@ DIAL_M, SHARE, COMPLIANCE_LOG = 2e-5, 0.02, 0.7
 """Usual miss of a change, in metres and as a share of it, and deviation of the logarithm of a compliance."""
 STRAY, NEARLY = 5.0, 2.0
 """Deviations by which a wrong change misses what the others predict, and by which another one is less likely wrong."""
+CONTRADICTION = 3.0
+"""Usual misses that changes have in the mean where more than single ones of them are wrong."""
 MOST_TRIED = 8
 """Changes that are tried as the wrong one: those that miss most."""
 
@@ -203,6 +205,18 @@ def find_strays(changes: LoadChanges, data: Measurements, cells: Cells) -> Itera
     square, best = _misfit(changes.some(rest))
     scale = max(1.0, square / len(rest))
     off = np.abs(changes.change - changes.by_joint @ np.exp(best))
+    if scale > CONTRADICTION**2 and steps:
+        missed = float(np.sqrt(np.mean(off**2)))
+        message = (
+            f"the gauges contradict each other under load: whatever the springs are, they miss by {1e3 * missed:.3f} "
+        )
+        message += "mm in the mean"
+        help_ = "more than one was misread, or the loads, the directions or the TCP (`--tool`) are not as stated: read "
+        yield (
+            cells.finding("DAT041", "warning", message, f"{help_}the set-ups again", int(changes.row[0])),
+            changes.row[:0],
+        )
+        return
     for tried, gain in steps:
         if gain.max() < STRAY**2 * scale or off[tried[np.argmax(gain)]] < LEAST_CHANGE_M:
             continue
