@@ -91,11 +91,13 @@ def known_state(parts: Sequence[str], state: State) -> State:
 def unknown_loads(model: Model, state: State) -> tuple[Model, State]:
     """Return model and states without the loads whose deflection the controller corrects already (``model.already``).
 
-    Payload and wrench become None in the states, link masses zero in the model.
+    Payload and wrench become None in the states, link masses zero in the model, and so do the links' moments of inertia
+    where the controller corrects both gravity and inertia.
     """
     corrected = {"force", "tool"}.intersection(model.already)
     if "gravity" in model.already:
-        model = replace(model, robot=replace(model.robot, mass=0.0 * model.robot.mass))
+        inertia = model.robot.inertia * float("inertia" not in model.already)
+        model = replace(model, robot=replace(model.robot, mass=0.0 * model.robot.mass, inertia=inertia))
     return model, state.with_(**{name: None for part in corrected for name in LOADS_OF_PART[part]})
 
 

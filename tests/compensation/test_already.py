@@ -128,3 +128,11 @@ def test_where_it_corrects_everything_nothing_is_changed() -> None:
 def test_parts_that_no_controller_has_are_refused(parts: tuple[str, ...], help_: str) -> None:
     (finding,) = build.refused(lambda: convert(*parts))
     assert (finding.code, finding.help) == ("MOD012", help_)
+
+
+def test_of_a_deflection_that_the_controller_corrects_whole_no_share_remains() -> None:
+    for parts, known in (((), False), (("geometry", "gravity", "force", "tool", "inertia"), True)):
+        conversion = build.convert(PROGRAM, default_model(), already=parts)
+        assert (conversion.report["expected_remaining_fraction"] is None) == known
+        assert (conversion.report["expected_on_arm_mm"] is None) == known
+        assert "CMP027" not in {d.code for d in conversion.diagnostics}

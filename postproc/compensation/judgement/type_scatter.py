@@ -22,12 +22,16 @@ from postproc.robot.kinematics import jacobian
 
 GAUGE_READINGS, READING_SIGMA = 12, 1e-5
 """Of a dial gauge that a shop can take in an hour, and the standard deviation [m] of one of them."""
+UNBENT_M = 1e-6
+"""Root mean square of a deflection that RAPID text does not show."""
 PULL_N = 100.0
 """Of a spring balance, sideways: a weight never loads a joint that turns about the vertical."""
 
 
 def type_scatter(model: Model, state: State) -> Scatter | None:
-    """Return what a correction leaves, for the loads of a program's states; None where the arm's stiffness is known.
+    """Return what a correction leaves, for the loads of a program's states.
+
+    None where the arm's stiffness is known, or no load bends the arm: of nothing there is no share.
 
     Args:
         state: n states with all loads, where the correction is made.
@@ -35,6 +39,8 @@ def type_scatter(model: Model, state: State) -> Scatter | None:
     if not has_type_stiffness(model):
         return None
     gram = deflection_gram(model, state)
+    if gram.sum() <= len(state) * UNBENT_M**2:
+        return None
     scatter, covariance = scatter_by(gram, scatter_covariance(model)), _covariance_after_gauge(model, state)
     return scatter if covariance is None else replace(scatter, after_gauge=scatter_by(gram, covariance).remaining)
 
