@@ -8,12 +8,13 @@ from urllib.parse import quote
 from postproc import __version__
 from postproc.batch.values import ON_ARM, Batch, Shard, TaskOutcome
 from postproc.compensation.judgement.accuracy import remaining_deflection
+from postproc.compensation.judgement.verdict import CORRECTED
 from postproc.diagnostics import Finding, Matter
 from postproc.grouping import grouped
 from postproc.numbers import fixed, on_arm_text, range_text
 from postproc.report.blocks import DataTable, Document, Figure, Scene, Section, Values, View, attributes
-from postproc.results.convert.conversion import CORRECTED, made_section, unknown_accuracy
-from postproc.results.convert.figures import decimals, main_figure
+from postproc.results.convert.conversion import made_section, unknown_accuracy
+from postproc.results.convert.figures import decimals, main_figure, severity
 
 MOST_SHOWN = 40
 """Programs that a terminal prints where not all are asked for."""
@@ -40,8 +41,8 @@ def batch_document(
         made: what programs were converted with (model, loads, options) as label and text, where a jobs file states no
             others. pages: link to the page of each task by name.
     """
-    # Failed tasks first, then by falling deviation that is expected, over the tolerance.
-    tasks = sorted(batch.outcomes, key=lambda task: (task.status != "failed", -_remains(task) / _tolerance(task)))
+    # Failed tasks first, then the worst.
+    tasks = sorted(batch.outcomes, key=lambda task: (task.status == "failed", severity(task.figures)), reverse=True)
     count = batch.counts
     digits = max((decimals(task.figures) for task in tasks if main_figure(task.figures)), default=3)
     findings = [(task.task.name, finding) for task in tasks for finding in task.findings]
@@ -52,7 +53,7 @@ def batch_document(
     # Before and after, where a line or an arc could be measured.
     shown = [(task, figure) for task in tasks if (figure := main_figure(task.figures))]
     measured = [task for task, _ in shown]
-    worst = max(measured, key=_remains, default=None)
+    worst = max(measured, key=lambda task: severity(task.figures), default=None)
     before, after = ([float(figure[key]) for _, figure in shown] for key in ("before_mm", "after_mm"))
     lent = [(name, finding.message) for name, finding in findings if finding.matter is Matter.READ_ALONG]
     along = DataTable("read along", ("program", "what"), lent, range(min(MOST_SHOWN, len(lent))))
@@ -149,25 +150,19 @@ def _sentence(count: Mapping[str, int], worst: TaskOutcome | None, figures: Sequ
     text += f", {corrected} of {every} motion statements in them" if every else ""
     bare = sum(f.get("weld_statements", 0) > f.get("corrected_weld_statements", 0) == 0 for f in figures)
     text += f"; in {bare} of them no weld was corrected" if bare else ""
+    lost = sum(f.get("verdict") == "not_kept" for f in figures)
+    text += f"; in {lost} of them the tolerance is not kept" if lost else ""
     failed = count["failed"]
     text += f"; {failed} failed and {'has' if failed == 1 else 'have'} no output" if failed else ""
     if worst is None:
         return f"{text}."
     after = fixed(_after(worst), decimals(worst.figures))
     worst_text = f"The worst is `{worst.task.name}`: {_on_arm(worst)} on the arm, {after} mm in the model."
+    if worst.figures.get("verdict") == "not_kept":
+        worst_text += f" {worst.figures['verdict_sentence']}"
     stiffness, advice = remaining_deflection({**worst.arm, **worst.figures})
     further = [f"{stiffness[0].upper()}{stiffness[1:]}.", f"{advice[0].upper()}{advice[1:]}"] if stiffness else []
     return "\n".join([f"{text}.", worst_text, *further])
-
-
-def _remains(task: TaskOutcome) -> float:
-    """Return the deviation [mm] by which a task is ordered: what is expected on the arm, else what the model leaves."""
-    return float(max(task.figures.get(ON_ARM, ()), default=_after(task)))
-
-
-def _tolerance(task: TaskOutcome) -> float:
-    """Return the tolerance [mm] of a task, 1 where none is known."""
-    return float((main_figure(task.figures) or {}).get("tolerance_mm") or 1.0)
 
 
 def _after(task: TaskOutcome) -> float:
@@ -187,7 +182,7 @@ def _every_program(tasks: Sequence[TaskOutcome], pages: Mapping[str, str], digit
     Args:
         pages: path of the page of each task by name. digits: decimals of lengths.
     """
-    note = "Failures first, then the largest deviations that are expected on the arm, over the tolerance."
+    note = "Failures first, then programs that do not keep the tolerance; of each kind the largest deviation over it."
     note += " A click on a program opens its page." if pages else ""
     if any(task.figures.get("unproved_statements") for task in tasks):
         note += f" Unproved: {UNPROVED}."
@@ -205,7 +200,8 @@ def _row(outcome: TaskOutcome) -> tuple[object, ...]:
     """Return the row of a task in the table of programs."""
     figures = outcome.figures
     warnings = sum(finding.severity == "warning" for finding in outcome.findings)
-    result = outcome.status + (", as before" if outcome.cached else "")
+    result = outcome.status + (", not kept" if figures.get("verdict") == "not_kept" else "")
+    result += ", as before" if outcome.cached else ""
     status, unproved = figures.get("statements", {}), figures.get("unproved_statements") or None
     counts = (status.get("run_time") or None, status.get("skipped"), unproved)
     figure = main_figure(figures) or {}

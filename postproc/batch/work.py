@@ -27,6 +27,7 @@ FIGURES = (
         "figures",
         "tolerance_mm",
         "verdict",
+        "verdict_sentence",
         "welds",
         "rigid_shift",
         "expected_remaining_fraction",

@@ -10,11 +10,12 @@ from jinja2.sandbox import SandboxedEnvironment
 from postproc import __version__
 from postproc.compensation.conversion import Draft, JudgedProgram
 from postproc.compensation.judgement.accuracy import remaining_deflection
-from postproc.compensation.judgement.figures import CLAUSES, COLUMNS, LABELS, shown_figures
+from postproc.compensation.judgement.figures import COLUMNS, LABELS, shown_figures
+from postproc.compensation.judgement.verdict import verdict_sentence, verdict_values
 from postproc.compensation.options import Options
-from postproc.diagnostics import Source
+from postproc.diagnostics import Source, one_line
 from postproc.model.arm import Model
-from postproc.numbers import fixed, on_arm_text, range_text
+from postproc.numbers import fixed, range_text
 from postproc.rapid.syntax.spans import Edit
 from postproc.render.module import render_text
 from postproc.render.templates import environment, fill, load_template
@@ -44,7 +45,7 @@ def render_outputs(
 
 def header_values(model: Model, judged: JudgedProgram) -> dict[str, Any]:
     """The values for the template ``header.j2``; those named ``figures`` are lines of text."""
-    options, digits = judged.options, judged.decimals
+    options = judged.options
     stiffness = remaining_deflection({"robot": model.robot.name, **judged.remaining_values()})
     return {
         "version": __version__,
@@ -54,8 +55,7 @@ def header_values(model: Model, judged: JudgedProgram) -> dict[str, Any]:
         "already": ", ".join(options.already),
         "taught": ", ".join(dict.fromkeys(shift.wobj for shift in judged.shifts if shift.omitted)),
         "figures": _figure_lines(judged),
-        "where": CLAUSES[judged.places[0].place] if judged.places else "",
-        "on_arm": on_arm_text(judged.expected_on_arm_mm, digits),
+        "verdict": one_line(verdict_sentence(verdict_values(judged), judged.outcomes)[1]),
         "stiffness": [line for line in stiffness if line],
         "added": judged.added,
         "left": judged.uncorrected,

@@ -8,12 +8,13 @@ from hashlib import sha256
 
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.judgement.figures import CLAUSES, legend, shown_figures
+from postproc.compensation.judgement.verdict import verdict
 from postproc.diagnostics import Source
 from postproc.identification.compare import Comparison
 from postproc.numbers import fixed, range_text
 from postproc.report.blocks import DataTable, Document, Figure, Section, Values, plain
 from postproc.results.convert.conclusion import conclusion
-from postproc.results.convert.figures import decimals, verdict
+from postproc.results.convert.figures import decimals
 from postproc.results.improve.comparison import comparison_document, iso_figures
 from postproc.results.provenance import compared_rows, hashes, issued, rows_of_fit, versions
 

@@ -16,9 +16,8 @@ from tests.compensation.build import PROCESS, effect, small
 
 from .conftest import Call
 
-SEAM = small(
-    f"MoveL @{{1300,-500}},v200,fine,tT; ArcLStart @{{1300,-400}},{PROCESS},fine,tT; ArcLEnd @{{1300,-200}},{PROCESS},fine,tT;"
-)
+SEAM_BODY = f"MoveL @{{1300,-500}},v200,fine,tT; ArcLStart @{{1300,-400}},{PROCESS},fine,tT; ArcLEnd @{{1300,-200}},{PROCESS},fine,tT;"
+SEAM = small(SEAM_BODY)
 FITTED = (
     'robot = "irb4600_60_205"\n'
     + effect("joint_compliance", "compliance_rad_per_Nm = [4e-6, 4e-7, 3e-7, 2e-6, 2e-6, 3e-6]")
@@ -62,7 +61,11 @@ def test_the_same_figures_lead_in_all_that_is_written(call_as_written: Call, tmp
     assert re.search(rf"^  {line}", made.err, re.MULTILINE) and re.search(
         rf"^ *! {line}", "\n".join(header), re.MULTILINE
     )
-    assert header[2] == f"! expected on the arm while the arc burns: {text}"
+    on_arm = (
+        "what the arm does is not known" if expected is None else f"on the arm {text} are expected while the arc burns"
+    )
+    assert header[2] == f"! The tolerance of 0.1 mm is kept in the model; {on_arm}."
+    assert header[2].removeprefix("! ") == document["verdict_sentence"] == task["verdict_sentence"]
     assert re.match(rf"{text.removesuffix(' mm')} +{before} +{after} +0\.10 ", row)
     assert f"seam.mod: on the arm {text}, in the model {before} -> {after} mm" in shown
     for words in (f"expected on the arm, while the arc burns {text} ", f"before, while the arc burns {before} mm ",
@@ -81,6 +84,31 @@ def test_the_same_figures_lead_in_all_that_is_written(call_as_written: Call, tmp
             assert shares in where and readings.replace("`", "") in where
     else:
         assert "dial gauge" not in "".join((*header, made.err, shown, words_of(page), words_of(certificate)))
+
+
+LEFT = "The tolerance of 0.1 mm is not kept: 2 weld statements are left as they are."
+
+
+def test_a_weld_that_is_left_is_said_first_in_all_that_is_written(call_as_written: Call, tmp_path: Path) -> None:
+    program, out, arm = tmp_path / "in" / "left.mod", tmp_path / "out.mod", ("--robot", "irb4600_60_205")
+    program.parent.mkdir()
+    unknown = f"ArcLStart Offs(p1,0,200*n,0),{PROCESS},fine,tT; ArcLEnd Offs(p1,0,200*n+100,0),{PROCESS},fine,tT;"
+    body = SEAM_BODY + f"n:=GInput(gi1); MoveL @{{1300,0}},v200,fine,tT; {unknown}"
+    program.write_text(small(body, "p1 1300 100", "VAR num n;\n"), "latin-1")
+    (program.parent / "whole.mod").write_text(SEAM, "latin-1")
+    page, certificate = tmp_path / "page.html", tmp_path / "certificate.html"
+    made = call_as_written("compensate", program, *arm, "-o", out, "--report", page, "--certificate", certificate)
+    assert LEFT in made.err
+    header = [line.strip() for line in out.read_text("latin-1").splitlines()]
+    assert header[2] == f"! {LEFT}"
+    assert re.search(rf"<h1[^>]*>{re.escape(LEFT)}</h1>", page.read_text("utf-8"))
+    assert f"The tolerance is not kept. {LEFT}" in words_of(certificate)
+    shown = call_as_written("batch", program.parent, *arm, "-o", tmp_path / "tree", "--require", "model").err
+    assert f"left.mod: {LEFT[0].lower()}{LEFT[1:-1]}; on the arm " in shown
+    assert "2 of 2 programs are corrected" in shown and "; in 1 of them the tolerance is not kept.\n" in shown
+    assert re.search(r"The worst is `left\.mod`: .*" + re.escape(LEFT), shown)
+    assert re.search(r"^  left\.mod   compensated, not kept ", shown, re.MULTILINE)
+    assert re.match(r"`--require model`: .* in 1 of 2 programs, the worst: `left\.mod`, ", shown.splitlines()[-1])
 
 
 def test_statements_are_counted_alike_by_every_command(call_as_written: Call, tmp_path: Path) -> None:

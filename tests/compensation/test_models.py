@@ -189,7 +189,7 @@ def test_a_stiffness_that_others_published_scatters_less_and_a_stated_one_not_at
     ):
         conversion = convert(TWO, known, force=NO_FORCE)
         assert conversion.report["expected_remaining_fraction"] is None is conversion.report["expected_on_arm_mm"]
-        assert "! expected on the arm along lines and arcs: not known" in written(conversion)
+        assert "kept in the model; what the arm does is not known." in written(conversion)
         assert "is kept in the model; what the arm does is not known." in text_of(conversion)
 
 

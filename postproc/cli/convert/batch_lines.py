@@ -98,6 +98,9 @@ def result_line(outcome: TaskOutcome) -> str:
         through = f["statements"].get("run_time")
         text = f"{fell}, {f['added_targets']} target{'s' * (f['added_targets'] != 1)} added"
         text += f", {through} statement{'s' * (through != 1)} corrected on the controller" if through else ""
+        if f.get("verdict") == "not_kept":
+            sentence = f["verdict_sentence"].removesuffix(".")
+            text = f"{sentence[0].lower()}{sentence[1:]}; {text}"
     return f"{one_line(outcome.task.name)}: {text}{' (done before)' if outcome.cached else ''}"
 
 

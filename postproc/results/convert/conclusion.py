@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 
 import numpy as np
 
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.judgement.accuracy import Accuracy, remaining_deflection
-from postproc.compensation.judgement.figures import CLAUSES
+from postproc.compensation.judgement.verdict import verdict_sentence
 from postproc.diagnostics import Diagnostic, Matter, joined
 from postproc.effects.registry import effect_library
 from postproc.model.arm import Model
 from postproc.model.uncertainty.undetermined import PULLING_POSES, Undetermined
-from postproc.numbers import on_arm_text
 from postproc.report.blocks import Tone, Values
-from postproc.results.convert.figures import decimals, main_figure
+from postproc.results.convert.figures import decimals
 from postproc.results.wording import in_words, readable, with_sigma
 
-CORRECTED = ("compensated", "run_time")  # status of statements that are corrected
-TONES: Mapping[str, Tone] = {"kept": "good", "not_shown": "warning", "not_kept": "error", "not_measured": "warning"}
 MATTERING_SHARE = 0.3
 """Share of the stated distance above which what no row has told is said."""
 LEAST_M = 5e-5  # of the distance that is said
@@ -29,51 +26,17 @@ LONG_S = 7200.0  # from here on hours are told
 
 def conclusion(conversion: Conversion) -> tuple[Tone, list[str]]:
     """Return what became of a program: a tone, and lines of one sentence each; advice with a command comes last."""
-    values, counts = conversion.report, _counts(conversion.report)
+    values, judged = conversion.report, conversion.judged
     if not conversion.outputs:
         return "error", ["The program is not safe to compensate; no program was written."]
-    if conversion.plan is None and conversion.module is None:
+    if judged is None or (conversion.plan is None and conversion.module is None):
         return "", ["Nothing moves: the program is written as it is."]
-    welds = [o for o in conversion.outcomes if o.statement.signature.phase]
-    reasons = Counter(o.reason for o in welds if o.status == "skipped")
-    tone, lines = TONES[values["verdict"]], [_verdict_text(values)]
-    if reasons and not any(o.status in CORRECTED for o in welds):
-        tone, lines = "error", [f"No weld was corrected: {reasons.most_common(1)[0][0]}."]
-    elif not (counts["compensated"] or counts["run_time"]):
-        tone, lines = "warning", ["Nothing was corrected."]
-    elif not counts["compensated"] or not values["figures"]:
-        lines = [f"{_statements(sum(counts[s] for s in CORRECTED), 'corrected')}; no line or arc could be measured."]
+    tone, sentence = verdict_sentence(values, conversion.outcomes)
+    lines = [sentence]
     lines += _not_in_figures(values)
     if values["figures"]:
-        accuracy = None if conversion.judged is None else conversion.judged.accuracy
-        lines += _how_sure(values, conversion.diagnostics, accuracy, conversion.model)
+        lines += _how_sure(values, conversion.diagnostics, judged.accuracy, conversion.model)
     return tone, lines
-
-
-def _verdict_text(values: Values) -> str:
-    """Say whether the tolerance is kept in the model and on the arm, in the place that counts most."""
-    figure = main_figure(values)
-    if figure is None:
-        return "No line or arc could be measured."
-    tolerance, where, digits = f"{values['tolerance_mm']:g} mm", CLAUSES[figure["place"]], decimals(values)
-    expected, after = figure["expected_on_arm_mm"], figure["after_mm"]
-    on_arm = "what the arm does is not known"
-    if expected:
-        on_arm = f"on the arm {on_arm_text(expected, digits)} are expected {where}"
-    if values["verdict"] == "kept":
-        return f"The tolerance of {tolerance} is kept: {on_arm}."
-    if values["verdict"] == "not_shown":
-        return f"The tolerance of {tolerance} is kept in the model; {on_arm}."
-    lost = f"The tolerance of {tolerance} is not kept"
-    if uncorrected := sum(seam["left"] for seam in values["welds"]):
-        return f"{lost}: {_statements(uncorrected, 'left as it is', 'left as they are', 'weld statement')}."
-    if values["unproved_statements"] and all(seam["kept"] for seam in values["welds"]):
-        return f"That the tolerance of {tolerance} is kept is not proved; {on_arm}."
-    along = max((seam["along_after_mm"] or 0.0 for seam in values["welds"]), default=0.0)
-    if after <= values["tolerance_mm"] < along:
-        return f"{lost}: {along:.{digits}f} mm remain along a seam in the model; {on_arm}."
-    further = f", {on_arm_text(expected, digits)} are expected on the arm" if expected else ""
-    return f"{lost}: {after:.{digits}f} mm remain in the model{further}."
 
 
 def _not_in_figures(values: Values) -> list[str]:
@@ -161,11 +124,6 @@ def _confdata(values: Values) -> str:
 def _counts(values: Values) -> Counter[str]:
     """Return the number of motion statements by status."""
     return Counter(row["status"] for row in values["statements"])
-
-
-def _statements(count: int, what: str, several: str = "", noun: str = "motion statement") -> str:
-    """Return ``1 motion statement is corrected``, or ``3 motion statements are corrected``."""
-    return f"{count} {noun} is {what}" if count == 1 else f"{count} {noun}s are {several or what}"
 
 
 def _undetermined(accuracy: Accuracy) -> list[str]:

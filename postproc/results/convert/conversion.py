@@ -10,15 +10,15 @@ from postproc import __version__
 from postproc.compensation.conversion import Conversion, JudgedProgram
 from postproc.compensation.judgement.figures import CLAUSES, PlaceFigures, legend
 from postproc.compensation.judgement.seams import Seam
+from postproc.compensation.judgement.verdict import CORRECTED, verdict, verdict_sentence
 from postproc.compensation.text.values import StatementOutcome
 from postproc.model.uncertainty.undetermined import Undetermined
 from postproc.numbers import mm, on_arm_text
 from postproc.report.blocks import DataTable, Document, Figure, Scene, Section, Tone, Values, View, attributes
 from postproc.report.drawing.path import path_data
-from postproc.results.convert.conclusion import CORRECTED as CORRECTED
 from postproc.results.convert.conclusion import conclusion, outcome_note
 from postproc.results.convert.conclusion import unknown_accuracy as unknown_accuracy
-from postproc.results.convert.figures import decimals, figure_table, main_figure, verdict
+from postproc.results.convert.figures import decimals, figure_table, main_figure
 from postproc.results.convert.work_objects import rigid_shift_values, work_object_section
 
 CONVERSION_SCHEMA = "postproc/compensate/1"
@@ -125,7 +125,8 @@ def conversion_values(conversion: Conversion) -> dict[str, Any]:
         "rigid_shift": [*map(rigid_shift_values, judged.shifts)],
         "from_programmed_path": judged.drawn and _lengths(("before_mm", "after_mm"), judged.drawn.counting),
     }
-    return {**document, "verdict": verdict(document)}
+    document["verdict"] = verdict(document)
+    return {**document, "verdict_sentence": verdict_sentence(document, judged.outcomes)[1]}
 
 
 def _statement_values(outcome: StatementOutcome) -> Values:

@@ -3,36 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
 
 from postproc.compensation.judgement.figures import COLUMNS, LABELS, shown_figures
 from postproc.numbers import decimals_of, fixed, on_arm_text, range_text
 from postproc.report.blocks import DataTable, Tone, Values
-
-Verdict = Literal["kept", "not_kept", "not_shown", "not_measured"]
-"""Whether the tolerance is kept: on the arm, not even in the model, in the model alone; or nothing was measured."""
-
-
-def verdict(values: Values) -> Verdict:
-    """Return whether the tolerance is kept.
-
-    In the model it is where each seam keeps it and is corrected whole, without welds where lines and arcs do; on the
-    arm where also the model was fitted, the program stays in the measured range, and the upper end of what is expected
-    is within it.
-
-    Args:
-        values: the document of a conversion, without its ``verdict``.
-    """
-    if not values["figures"]:
-        return "not_measured"
-    tolerance, seams = values["tolerance_mm"], values["welds"]
-    within = [seam["kept"] and not seam["left"] for seam in seams] or [values["max_error_after_mm"] <= tolerance]
-    if not all(within) or values["unproved_statements"]:
-        return "not_kept"
-    expected = values["expected_on_arm_mm"]
-    accuracy = values["expected_accuracy"]
-    known = accuracy is not None and not accuracy["beyond_range"] and expected is not None and expected[1] <= tolerance
-    return "kept" if known else "not_shown"
 
 
 def decimals(values: Values) -> int:
@@ -52,6 +26,22 @@ def main_figure(values: Values) -> Values | None:
     """
     figures: Sequence[Values] = values.get("figures") or ()
     return figures[0] if figures else None
+
+
+def severity(values: Values) -> tuple[int, float]:
+    """Return how bad a conversion is, larger for worse: by its verdict, then by the deviation over the tolerance.
+
+    The deviation is the upper end of what is expected on the arm, else what remains in the model.
+
+    Args:
+        values: its document, or its entry in that of a batch; what has no figures is the least bad of its verdict.
+    """
+    figure, order = main_figure(values), ("kept", "not_measured", "not_shown", "not_kept")
+    rank = order.index(values.get("verdict", "kept"))
+    if figure is None:
+        return rank, 0.0
+    remaining = max(figure["expected_on_arm_mm"] or (figure["after_mm"],))
+    return rank, float(remaining) / values["tolerance_mm"]
 
 
 def weld_notes(values: Values) -> list[Values]:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from postproc.compensation.judgement.figures import CLAUSES
 from postproc.numbers import fixed, on_arm_text
 from postproc.report.blocks import Values
-from postproc.results.convert.figures import decimals, main_figure
+from postproc.results.convert.figures import decimals, main_figure, severity
 
 MET = {"model": ("kept", "not_shown"), "arm": ("kept",)}
 """Verdicts with which a requirement is met."""
@@ -27,7 +27,7 @@ def missed(require: str, programs: Mapping[str, Values]) -> str | None:
     lacking = {name: values for name, values in programs.items() if values.get("verdict", "kept") not in MET[require]}
     if not lacking:
         return None
-    name = max(lacking, key=lambda name: _over(main_figure(lacking[name]), require) / lacking[name]["tolerance_mm"])
+    name = max(lacking, key=lambda name: severity(lacking[name]))
     count = f" in {len(lacking)} of {len(programs)} programs, the worst" if len(programs) > 1 else ""
     cure = MEASURE if lacking[name]["verdict"] == "not_shown" else "CMP005 and CMP006 say of each statement what helps"
     return f"the tolerance is {LACKS[require]}{count}: `{name}`, {_where(lacking[name], require)}. To meet it: {cure}"
