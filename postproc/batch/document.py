@@ -8,7 +8,7 @@ from urllib.parse import quote
 from postproc import __version__
 from postproc.batch.values import ON_ARM, Batch, Shard, TaskOutcome
 from postproc.compensation.judgement.accuracy import remaining_deflection
-from postproc.compensation.judgement.verdict import CORRECTED
+from postproc.compensation.verdict import CORRECTED
 from postproc.diagnostics import Finding, Matter
 from postproc.grouping import grouped
 from postproc.numbers import fixed, on_arm_text, range_text

@@ -11,8 +11,8 @@ from postproc import __version__
 from postproc.compensation.conversion import Draft, JudgedProgram
 from postproc.compensation.judgement.accuracy import remaining_deflection
 from postproc.compensation.judgement.figures import COLUMNS, LABELS, shown_figures
-from postproc.compensation.judgement.verdict import verdict_sentence, verdict_values
 from postproc.compensation.options import Options
+from postproc.compensation.verdict import verdict_sentence, verdict_values
 from postproc.diagnostics import Source, one_line
 from postproc.model.arm import Model
 from postproc.numbers import fixed, range_text

@@ -8,7 +8,7 @@ from hashlib import sha256
 
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.judgement.figures import CLAUSES, legend, shown_figures
-from postproc.compensation.judgement.verdict import verdict
+from postproc.compensation.verdict import verdict
 from postproc.diagnostics import Source
 from postproc.identification.compare import Comparison
 from postproc.numbers import fixed, range_text

@@ -50,8 +50,7 @@ def run(
         raise PostprocError.of("CLI007", text, help="name the result with `-o`, or leave it to stdout")
     source = read_program_file(program)
     if in_place and output is not None:
-        text = "`--in-place` and `-o` exclude each other"
-        raise PostprocError.of("CLI007", text, help="leave one of them out")
+        raise PostprocError.of("CLI007", "`--in-place` and `-o` exclude each other", help="leave one of them out")
     if output is not None and program != STDIN and place(output) == place(Path(program)):
         help_ = "choose another name; or say `--in-place` to write over the program"
         raise PostprocError.of("CLI007", f"the output `{output}` is the input `{program}`", help=help_)

@@ -54,8 +54,7 @@ def run(
     from postproc.runtime.passes import correct_program
 
     settings = convert.settings_at(Path(points).parent)
-    options = replace(settings.options, entry=routine, run_time="off")  # all its targets are numbers
-    settings = replace(settings, options=options)
+    settings = replace(settings, options=replace(settings.options, entry=routine, run_time="off"))
     check_outputs((points, *settings.inputs), output, report, certificate)
     source = read_source(points)
     settings, arm = settled(settings, points)
@@ -64,7 +63,9 @@ def run(
     show(doubts)
     sides = read_lent(settings.side_files)
     choices = SeamOptions(_module_name(output), routine, tool, wobj, seam_data, weld_data, speed, clearance)
-    text, notes = seam_module(table, arm.robot, arm.T_flange_tcp, choices, sides, templates=options.template_dir)
+    text, notes = seam_module(
+        table, arm.robot, arm.T_flange_tcp, choices, sides, templates=settings.options.template_dir
+    )
     for note in notes:
         say(f"by default, {note}")
     module = Source(str(output), text)

@@ -9,7 +9,7 @@ import numpy as np
 
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.judgement.accuracy import Accuracy, remaining_deflection
-from postproc.compensation.judgement.verdict import verdict_sentence
+from postproc.compensation.verdict import verdict_sentence
 from postproc.diagnostics import Diagnostic, Matter, joined
 from postproc.effects.registry import effect_library
 from postproc.model.arm import Model

@@ -10,8 +10,8 @@ from postproc import __version__
 from postproc.compensation.conversion import Conversion, JudgedProgram
 from postproc.compensation.judgement.figures import CLAUSES, PlaceFigures, legend
 from postproc.compensation.judgement.seams import Seam
-from postproc.compensation.judgement.verdict import CORRECTED, verdict, verdict_sentence
 from postproc.compensation.text.values import StatementOutcome
+from postproc.compensation.verdict import CORRECTED, verdict, verdict_sentence
 from postproc.model.uncertainty.undetermined import Undetermined
 from postproc.numbers import mm, on_arm_text
 from postproc.report.blocks import DataTable, Document, Figure, Scene, Section, Tone, Values, View, attributes
