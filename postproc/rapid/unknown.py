@@ -31,6 +31,7 @@ class Kind(Enum):
     UNCERTAIN = "{subject} is not certain here"
     UNDECIDED = "{subject} depends on a condition that is not known"
     CHANGED_IN_LOOP = "{subject} is changed in a loop"
+    CHANGED_BY_CYCLE = "{subject} has another value from the second cycle of the program on"
     CHANGED_TOO_DEEPLY = "{subject} is changed in blocks that are nested too deeply"
     CHANGED_UNFOLLOWED = "{subject} is changed in a routine that is not followed here"
     CHANGED_BEFORE_JUMP = "{subject} may have changed before the jump to here"

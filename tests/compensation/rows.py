@@ -9,6 +9,7 @@ numbers changed. `messages` are shown without their numbers.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable
 from difflib import SequenceMatcher
@@ -46,7 +47,8 @@ def length(mm: float | None) -> str:
 def statement(outcome: StatementOutcome) -> str:
     """What became of a motion statement."""
     words = [str(outcome.edited) if outcome.status == "compensated" else outcome.status.replace("skipped", "left")]
-    words += [length(outcome.residual_mm)] if (outcome.residual_mm or 0.0) >= 0.01 else []
+    whole = math.hypot(outcome.residual_mm or 0.0, outcome.along_mm or 0.0)
+    words += [length(whole)] if whole >= 0.01 else []
     words += ["conf"] if outcome.conf_changed else []
     words += [f"({without_numbers(outcome.reason)[:44]})"] if outcome.reason else []
     return " ".join(words)

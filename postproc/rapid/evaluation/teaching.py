@@ -19,7 +19,7 @@ MEASURED_MM, MEASURED_TURN = 5.0, 0.01  # what is measured is nearer than that t
 SET_BY_PROGRAM = frozenset(
     {
         Kind.UNDECIDED, Kind.RESULT_UNDECIDED, Kind.CHANGED_IN_LOOP, Kind.CHANGED_TOO_DEEPLY, Kind.CHANGED_UNFOLLOWED,
-        Kind.CHANGED_BEFORE_JUMP, Kind.LOOP_INDEX, Kind.PARAMETER, Kind.COUNTER, Kind.UNSET,
+        Kind.CHANGED_BEFORE_JUMP, Kind.CHANGED_BY_CYCLE, Kind.LOOP_INDEX, Kind.PARAMETER, Kind.COUNTER, Kind.UNSET,
     }
 )  # fmt: skip
 

@@ -17,6 +17,7 @@ from postproc.rapid.evaluation.assign import forget
 from postproc.rapid.evaluation.memory import LOST, Memory
 from postproc.rapid.evaluation.state import AT_START, start_without
 from postproc.rapid.execution.abstract_interpreter import MAX_STEPS, AbstractInterpreter
+from postproc.rapid.execution.cycles import start_cycle
 from postproc.rapid.execution.interpreter import AddedMotions
 from postproc.rapid.execution.path_splitting import Choice, Place, SplitBranches, combinations
 from postproc.rapid.motions.doubts import assume_wrist, rough_frames, rough_orientations
@@ -176,6 +177,8 @@ def _start(run: AbstractInterpreter, routine: Routine, state: Mapping[str, Data]
     """
     memory = _memory(run, routine, state)
     memory.frame.supposed = supposed
+    if not (supposed or run.recorder.only_new):
+        start_cycle(run, routine, memory)
     run.enter(routine, memory)
     return memory
 
