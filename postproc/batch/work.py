@@ -32,6 +32,7 @@ FIGURES = (
         "rigid_shift",
         "expected_remaining_fraction",
         "expected_remaining_fraction_after_gauge",
+        "gauge_load_kg",
     ),
 )
 

@@ -198,11 +198,15 @@ class JudgedProgram:
             for place in self.places
         ]
 
-    def remaining_values(self) -> dict[str, list[float] | None]:
+    def remaining_values(self) -> dict[str, list[float] | float | None]:
         """The entries of documents on the share of the deflection that is expected to remain."""
         shares = (None, None) if self.scatter is None else (self.scatter.remaining, self.scatter.after_gauge)
         now, then = (share and [round(x, 3) for x in share] for share in shares)
-        return {"expected_remaining_fraction": now, "expected_remaining_fraction_after_gauge": then}
+        return {
+            "expected_remaining_fraction": now,
+            "expected_remaining_fraction_after_gauge": then,
+            "gauge_load_kg": None if self.scatter is None else self.scatter.gauge_load,
+        }
 
     @property
     def added(self) -> int:

@@ -111,7 +111,8 @@ def remaining_deflection(values: Mapping[str, Any]) -> tuple[str, str]:
     """Clauses on the deflection that remains with the stiffness of the type, and on the cheapest way to less; or empty.
 
     Args:
-        values: entries of a document: ``robot``, ``expected_remaining_fraction``, and the same ``_after_gauge``.
+        values: entries of a document: ``robot``, ``expected_remaining_fraction``, the same ``_after_gauge``, and
+            ``gauge_load_kg``.
     """
     remaining, after = (values.get(f"expected_remaining_fraction{when}") for when in ("", "_after_gauge"))
     if remaining is None:
@@ -120,7 +121,8 @@ def remaining_deflection(values: Mapping[str, Any]) -> tuple[str, str]:
     text += f"{percent_range(remaining)} of its own deflection remain"
     if after is None or after[1] > WORTH * remaining[1]:
         return text, "`postproc plan` says what to measure"
-    plan = f"`postproc plan {values['robot']} -n {GAUGE_READINGS // 2} --kind gauge --load KG --pull {PULL_N:g}`"
+    loads = f"--load {values['gauge_load_kg']:g} --pull {PULL_N:g}"
+    plan = f"`postproc plan {values['robot']} -n {GAUGE_READINGS // 2} --kind gauge {loads}`"
     return text, f"{GAUGE_READINGS} readings with a dial gauge leave about {percent_range(after)}: {plan}"
 
 

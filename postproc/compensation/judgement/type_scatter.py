@@ -42,7 +42,9 @@ def type_scatter(model: Model, state: State) -> Scatter | None:
     if gram.sum() <= len(state) * UNBENT_M**2:
         return None
     scatter, covariance = scatter_by(gram, scatter_covariance(model)), _covariance_after_gauge(model, state)
-    return scatter if covariance is None else replace(scatter, after_gauge=scatter_by(gram, covariance).remaining)
+    if covariance is None:
+        return scatter
+    return replace(scatter, after_gauge=scatter_by(gram, covariance).remaining, gauge_load=model.robot.payload)
 
 
 def has_type_stiffness(model: Model) -> bool:

@@ -84,11 +84,13 @@ class Scatter:
     Args:
         remaining: share of the arm's own deflection. of_estimate: the same as a share of the estimated deflection.
         after_gauge: ``remaining`` once readings of a dial gauge have told the stiffness; None before that is asked.
+        gauge_load: mass that is hung on for these readings [kg].
     """
 
     remaining: tuple[float, float]
     of_estimate: tuple[float, float]
     after_gauge: tuple[float, float] | None = None
+    gauge_load: float | None = None
 
 
 def scatter_of(model: Model, state: State, known: Array | None = None, weights: bool = True) -> Scatter:
