@@ -8,6 +8,9 @@ from math import ceil, isfinite, log10
 LARGEST_NUMBER = 1e30
 """Products of larger ones could not be formed; nothing that arms or instruments are made of comes near."""
 
+MOST_DECIMALS = 5
+"""Of lengths [mm] in documents."""
+
 
 def read_number(text: str) -> float:
     """Parse a number; unlike ``float`` it takes neither ``-18_2316`` nor digits of other scripts.
@@ -23,6 +26,17 @@ def read_number(text: str) -> float:
 def mm(value: float, decimals: int = 6) -> float:
     """Return metres in millimetres, or radians in milliradians, rounded to some decimals for documents."""
     return round(float(value) * 1e3, decimals)
+
+
+def above(value: float, limit: float, digits: int) -> str:
+    """Return a number as text; one above a limit has as many decimals as it needs to read so.
+
+    Args:
+        digits: decimals that it has at least.
+    """
+    while digits < MOST_DECIMALS and value > limit >= float(f"{value:.{digits}f}"):
+        digits += 1
+    return f"{value:.{digits}f}"
 
 
 def mm_or_none(value: float | None) -> float | None:

@@ -9,7 +9,7 @@ from typing import Any, Literal
 from postproc.compensation.conversion import JudgedProgram
 from postproc.compensation.judgement.figures import CLAUSES
 from postproc.compensation.text.values import StatementOutcome, Status
-from postproc.numbers import decimals_of, mm, on_arm_text
+from postproc.numbers import above, decimals_of, mm, on_arm_text
 
 Verdict = Literal["kept", "not_kept", "not_shown", "not_measured"]
 """Whether the tolerance is kept: on the arm, not even in the model, in the model alone; or nothing was measured."""
@@ -22,8 +22,6 @@ TONES: dict[Verdict, Tone] = {
 }
 CORRECTED: tuple[Status, ...] = ("compensated", "run_time")
 """Status of statements that are corrected."""
-MOST_DECIMALS = 5
-"""Of lengths [mm] in documents."""
 
 
 def verdict(values: Mapping[str, Any]) -> Verdict:
@@ -110,12 +108,9 @@ def _tolerance_sentence(values: Mapping[str, Any]) -> str:
         return f"That the tolerance of {tolerance} is kept is not proved; {on_arm}."
     along = max((seam["along_after_mm"] or 0.0 for seam in values["welds"]), default=0.0)
     if after <= limit < along:
-        return f"{lost}: {along:.{digits}f} mm remain along a seam in the model; {on_arm}."
+        return f"{lost}: {above(along, limit, digits)} mm remain along a seam in the model; {on_arm}."
     further = f", {on_arm_text(expected, digits)} are expected on the arm" if expected else ""
-    # A figure beyond the tolerance has the decimals with which it reads so.
-    while digits < MOST_DECIMALS and after > limit >= float(f"{after:.{digits}f}"):
-        digits += 1
-    return f"{lost}: {after:.{digits}f} mm remain in the model{further}."
+    return f"{lost}: {above(after, limit, digits)} mm remain in the model{further}."
 
 
 def count_statements(count: int, what: str, several: str = "", noun: str = "motion statement") -> str:

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from postproc.compensation.judgement.figures import legend
-from postproc.numbers import on_arm_text, percent_range
+from postproc.numbers import above, on_arm_text, percent_range
 from postproc.results.convert.figures import figure_table
 from tests.compensation.build import PROCESS, effect, small
 
@@ -138,3 +138,10 @@ def test_rows_without_a_tolerance_stand_where_they_say_something_with_what_they_
 def test_an_interval_whose_ends_read_alike_is_one_figure() -> None:
     assert on_arm_text([0.211, 0.214], 2) == "0.21 mm" and on_arm_text([0.211, 0.214], 3) == "0.211 to 0.214 mm"
     assert (percent_range([0.351, 0.353]), percent_range([0.03, 0.45])) == ("35 %", "3 to 45 %")
+
+
+def test_what_is_beyond_a_limit_reads_so() -> None:
+    assert [above(value, 0.1, 2) for value in (0.06, 0.1, 0.101, 0.10004, 0.134)] == [
+        *("0.06", "0.10", "0.101", "0.10004", "0.13"),
+    ]
+    assert above(0.1 + 1e-9, 0.1, 2) == "0.10000"

@@ -31,6 +31,11 @@ def test_the_side_from_which_the_arm_comes(gap: float, reason: str) -> None:
     assert outcome(conversion, 3).reason == reason
     assert (outcome(conversion, 3).status == "skipped") == (reason == APPROACHES)
     assert ("CMP005" if reason == APPROACHES else "CMP006") in codes(conversion)
+    for finding in (d for d in conversion.diagnostics if d.code == "CMP006"):
+        row = conversion.report["statements"][3]
+        parts = f"({row['residual_mm']:.3f} mm across the path, {row['along_mm']:.3f} mm along it), tolerance 0.01 mm"
+        assert finding.message.startswith("this target itself stays ") and finding.message.endswith(parts)
+        assert finding.length_mm == pytest.approx(np.hypot(row["residual_mm"], row["along_mm"]), abs=1e-3)
     for side in (left, right):
         assert convert(small(start + side + middle), lost).outcomes[2].status == "compensated"
 

@@ -59,13 +59,11 @@ def run(
     source = read_source(points)
     settings, arm = settled(settings, points)
     table = read_seam_points(source)
-    doubts = table.doubts()
-    show(doubts)
+    show(doubts := table.doubts())
     sides = read_lent(settings.side_files)
     choices = SeamOptions(_module_name(output), routine, tool, wobj, seam_data, weld_data, speed, clearance)
-    text, notes = seam_module(
-        table, arm.robot, arm.T_flange_tcp, choices, sides, templates=settings.options.template_dir
-    )
+    templates = settings.options.template_dir
+    text, notes = seam_module(table, arm.robot, arm.T_flange_tcp, choices, sides, templates=templates)
     for note in notes:
         say(f"by default, {note}")
     module = Source(str(output), text)

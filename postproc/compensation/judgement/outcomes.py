@@ -28,6 +28,7 @@ from postproc.compensation.tolerances import goal_tolerances
 from postproc.diagnostics import Diagnostic, Matter
 from postproc.grouping import grouped
 from postproc.motion.values import Move
+from postproc.numbers import above
 from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey, executions_of
 from postproc.rapid.program.program import Program
 from postproc.rapid.unknown import set_first
@@ -99,7 +100,7 @@ def judge_statements(
                 continue
         over = [i for i in rows if beyond[i]]
         if over:
-            findings.append(_beyond_tolerance(plan, over, (worst, at_goal), tolerances, on_controller))
+            findings.append(_beyond_tolerance(plan, over, (worst, at_goal, *at_goals), tolerances, on_controller))
     unseen, lines = unmeasured(outcomes, events, plan)
     if 0 < unseen == lines:
         text = "no line or arc could be measured: where they begin or end, or the load, is known only at run time"
@@ -125,7 +126,7 @@ def _uncorrected(outcome: StatementOutcome, runs: Sequence[MotionEvent] = ()) ->
 def _beyond_tolerance(
     plan: CorrectionPlan,
     rows: Sequence[int],
-    off: tuple[Array, Array],
+    off: tuple[Array, Array, Array, Array],
     tolerances: tuple[Array, Array],
     on_controller: Set[StatementKey],
 ) -> Diagnostic:
@@ -133,14 +134,18 @@ def _beyond_tolerance(
 
     Args:
         rows: its moves that do.
-        off, tolerances: (m,) deviation of every move on its way and at its goal [m], and what is allowed there [m].
+        off: (m,) deviation of every move on its way, at its goal, and there across and along the path [m]; the last is
+            NaN behind a joint move.
+        tolerances: (m,) what is allowed on the way and at the goal [m].
         on_controller: statements that a function corrects while the program runs.
     """
-    i = max(rows, key=lambda i: max(values[i] for values in off))
+    i = max(rows, key=lambda i: max(off[0][i], off[1][i]))
     on_the_way = bool(off[0][i] > tolerances[0][i] and off[0][i] > off[1][i])
     what = "the path to this target" if on_the_way else "this target itself"
     remaining, most = (1e3 * float(values[0 if on_the_way else 1][i]) for values in (off, tolerances))
-    text = f"{what} stays {remaining:.3f} mm off, tolerance {most:g} mm"
+    across, along = (1e3 * float(values[i]) for values in off[2:])
+    parts = "" if on_the_way or math.isnan(along) else f" ({across:.3f} mm across the path, {along:.3f} mm along it)"
+    text = f"{what} stays {above(remaining, most, 3)} mm off{parts}, tolerance {most:g} mm"
     statement = plan.motion.moves[i].event.statement
     why = ENDS if statement.key in on_controller else _why(plan, rows, i, on_the_way, on_controller)
     return finding("CMP006", "warning", statement, text, why, matter=Matter.OFF, length_mm=remaining)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from postproc.compensation.judgement.figures import CLAUSES
-from postproc.numbers import fixed, on_arm_text
+from postproc.numbers import above, on_arm_text
 from postproc.report.blocks import Values
 from postproc.results.convert.figures import decimals, main_figure, severity
 
@@ -60,7 +60,7 @@ def _where(values: Values, require: str) -> str:
         where += f", {worst['left']} of its statements left" if worst["left"] else ""
     if place["after_mm"] is None:
         return f"{where}, which could not be measured"
-    sizes = f"{fixed(place['after_mm'], digits)} mm in the model"
+    sizes = f"{above(place['after_mm'], values['tolerance_mm'], digits)} mm in the model"
     if require == "arm":
         sizes = f"{on_arm_text(place['expected_on_arm_mm'], digits)} on the arm, {sizes}"
     text = f"{where}: {sizes}, tolerance {values['tolerance_mm']:g} mm"
