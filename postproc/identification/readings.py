@@ -104,8 +104,11 @@ def _placed(
         else:
             continue
         placing[name] = by
-        for _ in range(PLACING_STEPS):
-            seen = observed(state, readings, point, unknown)
+    open_ones = {name: by for name, by in placing.items() if len(by)}
+    for _ in range(PLACING_STEPS if open_ones else 0):
+        seen = observed(state, readings, point, unknown)
+        for name, by in open_ones.items():
             missed = np.nan_to_num(numbers[by]) - seen.value[by, 0]
-            unknown[rows] += np.linalg.lstsq(seen.by_unknown[by, 0], missed, rcond=1e-9)[0]
+            step = np.linalg.lstsq(seen.by_unknown[by, 0], missed, rcond=1e-9)[0]
+            unknown[state.setup_of_rows == name] += step
     return unknown, placing
