@@ -243,9 +243,11 @@ def _misfit(changes: LoadChanges) -> tuple[float, Array]:
     sigma = np.hypot(DIAL_M, SHARE * changes.change)
 
     def misses(x: Array) -> Array:
+        """Return (n + 6,) misses of n changes and of the logarithms, in standard deviations."""
         return np.append((changes.by_joint @ np.exp(x) - changes.change) / sigma, x / COMPLIANCE_LOG)
 
     def slopes(x: Array) -> Array:
+        """Return (n + 6, 6) derivatives of the misses by the logarithms."""
         return np.vstack([changes.by_joint * np.exp(x) / sigma[:, None], np.eye(6) / COMPLIANCE_LOG])
 
     found = least_squares(misses, np.zeros(6), slopes, max_nfev=100)
