@@ -18,9 +18,8 @@ CALIBRATED = frozenset({"tooldata", "wobjdata", "loaddata"})
 def start_cycle(run: AbstractInterpreter, routine: Routine, memory: Memory) -> None:
     """Make data unknown that a routine, started again when it has ended, does not find as at its first start.
 
-    Variables and persistents keep their values from cycle to cycle; what instructions set is as at the start (RAPID
-    overview, initialisation of data objects, "start program (after cycle)"). Data named by ``--taught`` is as in its
-    file.
+    Variables and persistents keep their values from cycle to cycle; what instructions set is taken to be as at the
+    start (RAPID overview, 3HAC050947, initialization of data objects). Data named by ``--taught`` is as in its file.
 
     Args:
         memory: before the first start, changed here.
