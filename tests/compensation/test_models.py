@@ -316,6 +316,8 @@ def test_expected_accuracy_in_closed_form() -> None:
     document = convert(TWO, measured(), force=NO_FORCE).report
     claim = document["expected_accuracy"]
     assert claim["sigma_mm"] == pytest.approx(np.sqrt(np.mean(each**2)), rel=2e-3)
+    parts = np.sqrt(np.mean((2e-5 * reach) ** 2) / 3), 0.05
+    assert [claim["sigma_parts_mm"][k] for k in ("parameters", "unexplained")] == pytest.approx(parts, rel=2e-3)
     assert claim["within_95_percent_mm"] == pytest.approx(2.796 * each.max(), rel=2e-3)
     drawn = np.random.default_rng(4).normal(size=(200_000, 3))
     assert np.mean(np.linalg.norm(drawn, axis=1) < WITHIN_95) == pytest.approx(0.95, abs=0.002)

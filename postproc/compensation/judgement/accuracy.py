@@ -37,7 +37,7 @@ class Accuracy:
     Args:
         sigma: standard deviation per axis, root mean square over all targets.
         within_95: distance that holds 95 % of the errors, at the worst target.
-        parts: standard deviations per axis there by the parameters, and by what no effect explains.
+        parts: of ``sigma`` by the parameters, and by what no effect explains; their squares add up to its square.
         interval: 95 % of the errors are between these distances, at the worst target of those that weld, if any does.
         interval_in_air: the same at the worst target of all.
         by_weights: the part of ``within_95`` by the weights of the links, which are estimates for most arms.
@@ -144,10 +144,11 @@ def _expect_accuracy(
     if known is None or np.isnan(sigma).any():
         return None, findings
     undetermined = undetermined_under_load(model, at_goals, WITHIN_95)
-    by_parameters, unexplained = parts[:, (most := int(np.argmax(sigma)))].tolist()
-    stated, _ = sigma_parts(without_link_masses(model), at_goals.rows(np.array([most])), instrument=False)
-    by_weights = WITHIN_95 * math.sqrt(max(by_parameters**2 - float(stated[0]) ** 2, 0.0))
-    sizes = float(np.sqrt(np.mean(sigma**2))), float(WITHIN_95 * sigma.max())
+    most = np.array([np.argmax(sigma)])
+    stated, _ = sigma_parts(without_link_masses(model), at_goals.rows(most), instrument=False)
+    by_weights = WITHIN_95 * math.sqrt(max(float(parts[0, most[0]] ** 2 - stated[0] ** 2), 0.0))
+    by_parameters, unexplained = np.sqrt(np.mean(parts**2, axis=1)).tolist()
+    sizes = math.hypot(by_parameters, unexplained), float(WITHIN_95 * sigma.max())
     worst = np.array([np.argmax(np.where(mask, sigma, 0.0)) for mask in (welding | ~welding.any(), True)])
     covariance = position_covariance(model, at_goals.rows(worst), known, instrument=False)
     welding_interval, air_interval = map(length_interval, covariance + parts[1, worst, None, None] ** 2 * np.eye(3))
