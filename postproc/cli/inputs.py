@@ -73,7 +73,7 @@ def assumed(robot: str, effects: Iterable[str], sigma: float | None, weighed: bo
         robot: name of the arm. effects: their keys.
         sigma: stated noise [m], None where the table tells it. weighed: False leaves the noise out.
     """
-    noise = "; noise " + ("from the table" if sigma is None else f"{1e3 * sigma:g} mm per axis")
+    noise = "; noise " + ("from the table" if sigma is None else f"{1e3 * sigma:g} mm")
     return f"arm `{robot}`; effects {', '.join(effects) or 'none'}{noise * weighed}"
 
 

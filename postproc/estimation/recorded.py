@@ -39,6 +39,7 @@ def recorded_model(fit: Fit) -> Model:
     key, noise = fit.observed.key, fit.parts.level
     table: dict[str, Any] = {
         "rows": int(len(data) - len(fit.excluded)),
+        **({} if fit.observed.each == "axis" else {"each": fit.observed.each}),
         key("rms"): mm(fit.rms),
         "set_aside": [_row_name(fit, *row) for row in fit.excluded_rows],
         **({} if fit.unseen_rms is None else {key("held_out_rms"): mm(fit.unseen_rms)}),

@@ -113,11 +113,12 @@ class _Fit(FileTable):
 
     Args:
         rows: measured rows of the fit.
-        rms_mm, rms_mrad: error per axis on them.
+        each: what one measured number belongs to, of which errors and noise are: an axis, a joint, a reading.
+        rms_mm, rms_mrad: error on them.
         set_aside: rows left out, far from everything else, as FILE:ROW.
-        held_out_rms_mm, held_out_rms_mrad: error per axis on rows that the fit has not seen.
+        held_out_rms_mm, held_out_rms_mrad: error on rows that the fit has not seen.
         held_out_blocks: blocks of consecutive poses that were held out one after another for that.
-        noise_mm, noise_mrad: standard deviation of a measurement per axis.
+        noise_mm, noise_mrad: standard deviation of a measured number.
         noise_repeatability_mm: the arm's share of it.
         noise_from: where the noise comes from.
         not_identifiable: parameters that the data did not determine.
@@ -141,6 +142,7 @@ class _Fit(FileTable):
     """
 
     rows: Annotated[int, Field(ge=0)] = 0
+    each: Literal["axis", "joint", "reading"] = "axis"
     rms_mm: NotNegative = 0.0
     rms_mrad: NotNegative = 0.0
     held_out_rms_mrad: NotNegative = 0.0

@@ -107,7 +107,7 @@ def _error(table: Mapping[str, Any], key: str) -> str:
         key: without its unit.
     """
     known = [(table[f"{key}_{unit}"], unit) for unit in ("mm", "mrad") if table.get(f"{key}_{unit}")]
-    return "".join(f"; rms {value:.3f} {unit} per axis" for value, unit in known)
+    return "".join(f"; rms {value:.3f} {unit} per {table.get('each', 'axis')}" for value, unit in known)
 
 
 def _listed(value: str | Sequence[str] | None) -> list[str]:

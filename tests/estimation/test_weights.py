@@ -96,12 +96,13 @@ def test_the_arm_repeats_a_pose_worse_than_the_instrument_sees_it():
     data, _ = cell(seed=500)
     stated = replace(data, sigma=np.full(len(data), 1e-5))
     expected = np.sqrt(0.03**2 - 0.01**2)
-    for rows in (stated, stated.rows(np.unique(data.repeats, return_index=True)[1])):
+    once_each = stated.rows(np.unique(data.repeats, return_index=True)[1])
+    for rows, said in ((stated, "how well the arm repeats a pose"), (once_each, "what no column explains")):
         fit = fit_model(base_fit(data).model, rows)
         document = fit_values(fit)
         assert document["noise_repeatability_mm"] == pytest.approx(expected, rel=0.25)
         assert document["noise_mm"] == pytest.approx(0.03, rel=0.2)
-        assert "how well the arm repeats a pose" in text_of(fit)
+        assert said in text_of(fit)
 
 
 def test_rows_of_a_better_instrument_weigh_no_more_than_the_arm_repeats():

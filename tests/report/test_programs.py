@@ -220,7 +220,7 @@ def test_a_certificate_says_whether_the_tolerance_is_kept(
 
 def test_a_certificate_names_every_file_by_its_hash_and_the_rows_of_the_fit(monkeypatch: pytest.MonkeyPatch) -> None:
     table = {"rows": 98, "set_aside": ["cell.csv:7", "cell.csv:9"], "held_out_blocks": 10, "held_out_rms_mm": 0.031,
-             "data": "cell.csv", "data_sha256": "ab" * 32, "version": "0.1.0"}  # fmt: skip
+             "data": "cell.csv", "data_sha256": "ab" * 32, "version": "0.1.0", "each": "reading"}  # fmt: skip
     model = replace(default_model(), fit=table)
     conversion = replace(seam(), model=model)
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
@@ -231,7 +231,10 @@ def test_a_certificate_names_every_file_by_its_hash_and_the_rows_of_the_fit(monk
     assert facts["date"] == "1970-01-02" and facts["cell.toml, SHA-256"] == sha256(b"robot").hexdigest()
     assert facts["fitted to cell.csv, SHA-256"] == "ab" * 32 and facts["rows fitted"] == "98"
     assert facts["rows left out of the fit"] == "2, far from everything else: cell.csv:7 and cell.csv:9"
-    assert facts["rows held out"].startswith("every row once: 10 blocks") and "0.031 mm" in facts["rows held out"]
+    assert (
+        facts["rows held out"].startswith("every row once: 10 blocks")
+        and "0.031 mm per reading" in facts["rows held out"]
+    )
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "172800")
     other = render_certificate(program_certificate("hull_seam.mod", conversion, {}, files))
     assert other.replace("1970-01-03", "1970-01-02") == page != other

@@ -50,7 +50,9 @@ def fit_document(name: str, fit: Fit) -> Document:
     unit, each, level = fit.observed.unit, fit.observed.each, fit.parts.level
     noise = "unknown" if level is None else f"{1e3 * level:.3f} {unit} ({fit.parts.origin})"
     if level is not None and fit.parts.repeatability:
-        noise += f", of which {1e3 * fit.parts.repeatability:.3f} {unit} is how well the arm repeats a pose"
+        repeated = fit.noise.sigma is not None
+        what = "how well the arm repeats a pose" if repeated else "what no column explains, as no pose was repeated"
+        noise += f", of which {1e3 * fit.parts.repeatability:.3f} {unit} is {what}"
     keys = [e.key for e in fit.model.effects if e.role is not Role.SETUPS]
     unseen = f"{1e3 * fit.held_out_rms:.3f} {unit} on rows that the fit has not seen"
     if fit.unnamed:
