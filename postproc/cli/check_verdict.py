@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-_CHANGES = re.compile("(?m)^`.*` (would change|is not there and would be written)")
-_LACKS = re.compile("(?m)^`--require (model|arm)`: ")
-"""Lines of ``compensate --check`` on an output that would change, and on a requirement that is not met."""
+from postproc.cli.run import Outcome
 
 
-def verdict_lines(programs: Sequence[Path], codes: Sequence[int], texts: Sequence[str], gone: int) -> Iterator[str]:
+def verdict_lines(programs: Sequence[Path], outcomes: Sequence[Outcome], gone: int) -> Iterator[str]:
     """Yield what ``check`` says in the end: how many programs are not as approved, or lack something else.
 
     Args:
-        codes, texts: exit code of each program and what was printed of it on stderr. gone: outputs without a program.
+        outcomes: of the check of each program. gone: number of outputs without a program.
     """
-    red = [(program.as_posix(), text) for program, code, text in zip(programs, codes, texts, strict=False) if code]
-    changed = [name for name, text in red if _CHANGES.search(text)]
-    lacking = [name for name, text in red if _LACKS.search(text)]
-    failed = [name for name, _ in red if name not in {*changed, *lacking}]
+    red = [(path.as_posix(), outcome) for path, outcome in zip(programs, outcomes, strict=True) if outcome.code]
+    changed = [name for name, outcome in red if outcome.changes]
+    lacking = [name for name, outcome in red if outcome.lacks]
+    failed = [name for name, outcome in red if not (outcome.changes or outcome.lacks)]
     approve = "approve with `postproc batch`, or `compensate PROGRAM -o APPROVED`"
     kinds = [
         (changed, "not as approved", approve),

@@ -24,7 +24,7 @@ from postproc.cli.app import build
 from postproc.cli.check_verdict import verdict_lines
 from postproc.cli.output import check_outputs, write
 from postproc.cli.printing import print_stderr, say
-from postproc.cli.run import BAD_INPUT, EVERYTHING, FINDINGS, guarded, run
+from postproc.cli.run import BAD_INPUT, EVERYTHING, FINDINGS, Outcome, guarded, run_command
 from postproc.diagnostics import Diagnostic, PostprocError, Source
 from postproc.rapid.program.program import ENDINGS
 from postproc.tasks.discover import IGNORED_FOLDERS
@@ -47,7 +47,7 @@ def main(arguments: Sequence[str]) -> int:
         values, words = parser.parse_known_args(arguments[1:])
         return _every(arguments[0], {option: path for option, path in vars(values).items() if path is not None}, words)
 
-    return guarded(work, ())
+    return guarded(work, ()).code
 
 
 def _every(name: str, folders: dict[str, Path], words: list[str]) -> int:
@@ -65,30 +65,29 @@ def _every(name: str, folders: dict[str, Path], words: list[str]) -> int:
     log = folders.get("--sarif") if name != "diff" else None
     check_outputs([*programs, *_below(folders.get("--programs")), *_below(folders.get("--approved"))], log)
     form = [] if log is None else ["--format", "sarif"]
-    calls = [partial(run, build(), [*command, *options, *form]) for command in commands]
+    calls = [partial(run_command, build(), [*command, *options, *form]) for command in commands]
     calls += [partial(guarded, partial(_refuse_output, path, folders["--programs"]), form) for path in gone]
     logs: list[dict[str, Any]] = []
-    codes, texts = list[int](), list[str]()
+    outcomes = list[Outcome]()
     for path, call in zip([*programs, *gone], calls, strict=True):
         printed, messages = io.StringIO(), io.StringIO()
         with (
             nullcontext() if log is None else redirect_stdout(printed),
             redirect_stderr(messages) if name == "check" else nullcontext(),
         ):
-            codes.append(call())
-        texts.append(messages.getvalue())
+            outcomes.append(call())
         logs += [json.loads(printed.getvalue())] if printed.getvalue() else []
         if name == "check":
-            short = not codes[-1] and EVERYTHING not in options
-            print_stderr(f"`{path.as_posix()}` is as approved\n" if short else texts[-1], end="")
+            short = not outcomes[-1].code and EVERYTHING not in options
+            print_stderr(f"`{path.as_posix()}` is as approved\n" if short else messages.getvalue(), end="")
     if logs and log is not None:
         from postproc.report.sarif import merged
 
         write(log, json.dumps(merged(logs), indent=1) + "\n")
     if name == "check":
-        for line in verdict_lines(programs, codes, texts, len(gone)):
+        for line in verdict_lines(programs, outcomes[: len(programs)], len(gone)):
             say(line)
-    return max(codes)
+    return max(outcome.code for outcome in outcomes)
 
 
 def _refuse_output(path: Path, folder: Path) -> None:

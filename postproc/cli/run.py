@@ -9,6 +9,7 @@ import sys
 import tempfile
 import traceback
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -33,10 +34,30 @@ EVERYTHING = "--verbose"
 OK, FINDINGS, BAD_INPUT, INTERNAL, INTERRUPTED = 0, 1, 2, 70, 130
 
 
-def run(app: App, arguments: Sequence[str]) -> int:
-    """Run one command and return its exit code.
+@dataclass(frozen=True)
+class Outcome:
+    """How a command ended, for who calls many of them.
 
-    0 done; 1 findings, would change, not safe; 2 bad usage or bad input; 70 internal error; 130 stopped with Ctrl-C.
+    Args:
+        code: its exit code. changes: with ``--check`` or ``--diff``, a file would change.
+        lacks: what ``--require`` asks is not met.
+    """
+
+    code: int = OK
+    changes: bool = False
+    lacks: bool = False
+
+
+def run(app: App, arguments: Sequence[str]) -> int:
+    """Run one command and return its exit code."""
+    return run_command(app, arguments).code
+
+
+def run_command(app: App, arguments: Sequence[str]) -> Outcome:
+    """Run one command and return how it ended.
+
+    Exit codes: 0 done; 1 findings, would change, not safe; 2 bad usage or bad input; 70 internal error; 130 stopped with
+    Ctrl-C.
     """
     words = [word for word in arguments if word != EVERYTHING]
     before = VERBOSE.set(len(words) < len(arguments))
@@ -46,8 +67,8 @@ def run(app: App, arguments: Sequence[str]) -> int:
         VERBOSE.reset(before)
 
 
-def guarded(work: Callable[[], object], arguments: Sequence[str]) -> int:
-    """Run a piece of work and return its exit code; exceptions are reported as `run` does.
+def guarded(work: Callable[[], object], arguments: Sequence[str]) -> Outcome:
+    """Run a piece of work that returns how it ended, an exit code, or nothing; exceptions end it as `run_command` says.
 
     Args:
         arguments: the command line, which decides the form of an error.
@@ -55,24 +76,24 @@ def guarded(work: Callable[[], object], arguments: Sequence[str]) -> int:
     try:
         result = work()
         sys.stdout.flush()
-        return result if isinstance(result, int) else OK
+        return result if isinstance(result, Outcome) else Outcome(result if isinstance(result, int) else OK)
     except PostprocError as error:
-        return _fail(arguments, error)
+        return Outcome(_fail(arguments, error))
     except BrokenPipeError:  # the reader of stdout has gone (``| head``)
         _close_stdout()
-        return FINDINGS
+        return Outcome(FINDINGS)
     except KeyboardInterrupt:
         say("stopped; nothing was written")
-        return INTERRUPTED
+        return Outcome(INTERRUPTED)
     except Exception as error:
         if isinstance(error, OSError) and error.filename is not None:  # no file of ours: the user named it
             text = f"cannot use `{os.fsdecode(error.filename)}`: {error.strerror}"
-            return _fail(arguments, PostprocError.of("CLI004", text, help="check the name and the rights"))
+            return Outcome(_fail(arguments, PostprocError.of("CLI004", text, help="check the name and the rights")))
         if not (isinstance(error, OSError) and error.errno == errno.ENOSPC):
-            return internal_error(error)
+            return Outcome(internal_error(error))
         _close_stdout()
         show([Diagnostic("CLI008", "error", "cannot write to stdout: the disk is full", help=SPACE)])
-        return BAD_INPUT
+        return Outcome(BAD_INPUT)
 
 
 def _close_stdout() -> None:

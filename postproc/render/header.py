@@ -12,7 +12,7 @@ from postproc.compensation.conversion import Draft, JudgedProgram
 from postproc.compensation.judgement.accuracy import remaining_deflection
 from postproc.compensation.judgement.figures import COLUMNS, LABELS, shown_figures
 from postproc.compensation.options import Options
-from postproc.compensation.verdict import verdict_sentence, verdict_values
+from postproc.compensation.verdict import verdict_of
 from postproc.diagnostics import Source, one_line
 from postproc.model.arm import Model
 from postproc.numbers import fixed, range_text
@@ -55,7 +55,7 @@ def header_values(model: Model, judged: JudgedProgram) -> dict[str, Any]:
         "already": ", ".join(options.already),
         "taught": ", ".join(dict.fromkeys(shift.wobj for shift in judged.shifts if shift.omitted)),
         "figures": _figure_lines(judged),
-        "verdict": one_line(verdict_sentence(verdict_values(judged), judged.outcomes)[1]),
+        "verdict": one_line(verdict_of(judged).sentence),
         "stiffness": [line for line in stiffness if line],
         "added": judged.added,
         "left": judged.uncorrected,

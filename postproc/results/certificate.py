@@ -8,7 +8,6 @@ from hashlib import sha256
 
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.judgement.figures import CLAUSES, legend, shown_figures
-from postproc.compensation.verdict import verdict
 from postproc.diagnostics import Source
 from postproc.identification.compare import Comparison
 from postproc.numbers import fixed, range_text
@@ -72,7 +71,7 @@ def program_certificate(
         result = words[seam["kept"] and not seam["left"]]
         seams.append((seam["name"], lines, length, *fell, f"{tolerance:g}", seam["left"], result))
     path: list[Row] = []
-    shown = "kept" if verdict(document) == "kept" else "in the model"
+    shown = "kept" if document["verdict"] == "kept" else "in the model"
     for row in shown_figures(document["figures"]):
         limit, fell = row["tolerance_mm"], _fall(row["before_mm"], row["after_mm"], digits)
         result = "not kept" if limit is not None and row["after_mm"] > limit else shown
@@ -95,7 +94,7 @@ def program_certificate(
     if seams:
         kept = sum(row[-1] == words[True] for row in seams)
         sentences.insert(1, f"In the model {kept} of {len(seams)} seams keep {tolerance:g} mm.")
-    return _certificate(title, VERDICTS[verdict(document)], " ".join(sentences), document, facts, *parts)
+    return _certificate(title, VERDICTS[document["verdict"]], " ".join(sentences), document, facts, *parts)
 
 
 def _kinds(document: Values, fitted: Sequence[Row]) -> list[Row]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -69,7 +70,9 @@ def test_a_program_of_which_no_line_could_be_measured_meets_no_requirement(call:
     assert made.code == 1 and made.err.splitlines()[-1].startswith(f"`--require model`: {text}. To meet it: ")
 
 
-def test_hooks_hand_the_requirement_on(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_hooks_hand_the_requirement_on_and_tell_a_change_from_what_is_lacking(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     program, model = programs(tmp_path, "not_shown")
     approved, words = tmp_path / "approved", ("-m", str(model), "--programs", str(program.parent))
     assert run(build(), ["compensate", str(program), "-m", str(model), "-o", str(approved / "seam.mod")]) == 0
@@ -77,3 +80,10 @@ def test_hooks_hand_the_requirement_on(tmp_path: Path, capsys: pytest.CaptureFix
         assert hooks.main(["check", "--require", require, *words, "--approved", str(approved)]) == code
         last = capsys.readouterr().err.splitlines()[-1]
         assert last == LAST[code].format(program=program.as_posix())
+    for how, *kinds in (
+        (("--require", "arm", "--force", "100,0,0"), "not as approved", "without what `--require` asks"),
+        (("--require", "arm", "--tool", "nothing"), "not converted"),
+    ):
+        assert hooks.main(["check", *how, *words, "--approved", str(approved)]) >= 1
+        said = re.findall(r"(?m)^1 of 1 programs are (.*?): ", capsys.readouterr().err)
+        assert said == kinds

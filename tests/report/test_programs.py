@@ -13,6 +13,9 @@ import pytest
 
 from postproc.batch.document import batch_document
 from postproc.batch.values import Batch, TaskOutcome
+from postproc.compensation.conversion import Conversion
+from postproc.compensation.judgement.accuracy import Accuracy
+from postproc.compensation.judgement.figures import PathFigures, PlaceFigures
 from postproc.compensation.options import Options
 from postproc.diagnostics import Finding, Source
 from postproc.files import resource
@@ -20,7 +23,7 @@ from postproc.model.file import default_model
 from postproc.rapid.diff.compare import compare_programs
 from postproc.report.page import render_certificate, render_page
 from postproc.results.certificate import Verdict, program_certificate
-from postproc.results.convert.conversion import conversion_document
+from postproc.results.convert.conversion import conversion_document, conversion_values
 from postproc.results.convert.difference import difference_document
 from postproc.runtime.passes import correct_program
 from postproc.tasks.task import Task
@@ -70,18 +73,15 @@ def test_the_first_screen_has_the_deviation_before_and_after() -> None:
     assert carried(page) == json.loads(json.dumps(r))
 
 
-PLACE = {"place": "path", "before_mm": 0.5, "after_mm": 0.004, "tolerance_mm": 0.01, "expected_on_arm_mm": None}
+PLACE = PlaceFigures("path", 5e-4, 4e-6, 1e-5)
 SENTENCES = [
-    ({"verdict": "not_shown"}, ["The tolerance of 0.01 mm is kept in the model; what the arm does is not known."]),
+    ({}, ["The tolerance of 0.01 mm is kept in the model; what the arm does is not known."]),
     (
-        {"verdict": "not_kept", "figures": [{**PLACE, "after_mm": 0.06, "expected_on_arm_mm": [0.07, 0.1]}]},
-        [
-            "The tolerance of 0.01 mm is not kept: 0.060 mm remain in the model, "
-            "0.070 to 0.100 mm are expected on the arm."
-        ],
+        {"figures": PathFigures((replace(PLACE, after=6e-5),), after=6e-5)},
+        ["The tolerance of 0.01 mm is not kept: 0.060 mm remain in the model."],
     ),
     (
-        {"verdict": "not_kept", "unproved_statements": 3, "unmeasured_statements": 1},
+        {"unproved": 3, "unmeasured": 1},
         [
             "That the tolerance of 0.01 mm is kept is not proved; what the arm does is not known.",
             "Not in these figures: 1 line or arc with unknown ends and other runs of 3 statements.",
@@ -90,16 +90,17 @@ SENTENCES = [
 ]
 
 
+def rejudged(conversion: Conversion, **others: Any) -> Conversion:
+    """A conversion of which other things are known, with the document of these."""
+    assert conversion.judged is not None
+    changed = replace(conversion, judged=replace(conversion.judged, **others))
+    return replace(changed, report=conversion_values(changed))
+
+
 @pytest.mark.parametrize(("others", "sentences"), SENTENCES)
 def test_the_sentences_say_what_is_kept_and_what_is_in_no_figure(others: dict[str, Any], sentences: list[str]) -> None:
-    report = {
-        **seam_under_force().report,
-        "welds": [],
-        "figures": [PLACE],
-        "expected_remaining_fraction": None,
-        **others,
-    }
-    lines = conversion_document("a.mod", replace(seam_under_force(), report=report)).sentence.split("\n")
+    known = {"seams": (), "figures": PathFigures((PLACE,)), "scatter": None, **others}
+    lines = conversion_document("a.mod", rejudged(seam_under_force(), **known)).sentence.split("\n")
     unfitted = (
         "The model was not fitted to measurements of this arm: how near the torch comes is not known (`postproc fit`)."
     )
@@ -184,34 +185,39 @@ def test_the_tool_of_the_drawn_arm_is_on_the_path_of_a_moving_cell(case: Case) -
         assert base[i] @ tip == pytest.approx(places["p"][i], abs=1e-3)
 
 
-def fitted(within: float, *beyond: str) -> dict[str, Any]:
-    known = {"within_95_percent_mm": within, "beyond_range": list(beyond)}
-    sure = {"expected_accuracy": known, "expected_remaining_fraction": None}
-    return {**sure, "expected_on_arm_mm": [0.1 * within, within]}
+def fitted(within_mm: float, *beyond: str) -> dict[str, Any]:
+    interval = (1e-4 * within_mm, 1e-3 * within_mm)
+    accuracy = Accuracy(0.5 * interval[1], interval[1], (interval[1], 0.0), interval, interval, beyond=beyond)
+    return {"accuracy": accuracy, "scatter": None}
 
 
+NOT_MEASURED = {"kept": False, "before_mm": None, "after_mm": None}
 VERDICTS = [
     ({}, {}, Verdict.NOT_SHOWN),
     (fitted(0.005), {}, Verdict.KEPT),
     (fitted(0.05), {}, Verdict.NOT_SHOWN),
     (fitted(0.005, "joint 3 reaches 54.4 deg, measured from -166.3 to 48.2"), {}, Verdict.NOT_SHOWN),
     (fitted(0.005), {"kept": False}, Verdict.NOT_KEPT),
-    (fitted(0.005), {"kept": False, "after_mm": None}, Verdict.NOT_KEPT),
+    (fitted(0.005), NOT_MEASURED, Verdict.NOT_KEPT),
     (fitted(0.005), {"left": 1}, Verdict.NOT_KEPT),
-    ({**fitted(0.005), "unproved_statements": 1}, {}, Verdict.NOT_KEPT),
-    ({**fitted(0.005), "expected_on_arm_mm": None}, {}, Verdict.NOT_SHOWN),
+    ({**fitted(0.005), "unproved": 1}, {}, Verdict.NOT_KEPT),
+    ({**fitted(0.005), "lines": 1, "unmeasured": 1}, {}, Verdict.NOT_KEPT),
 ]
 
 
-@pytest.mark.parametrize(("report", "weld", "verdict"), VERDICTS)
+@pytest.mark.parametrize(("others", "weld", "verdict"), VERDICTS)
 def test_a_certificate_says_whether_the_tolerance_is_kept(
-    report: dict[str, Any], weld: dict[str, Any], verdict: Verdict
+    others: dict[str, Any], weld: dict[str, Any], verdict: Verdict
 ) -> None:
-    changed = {**seam().report, "welds": [{**seam().report["welds"][0], **weld}], **report}
-    page = render_certificate(program_certificate("hull_seam.mod", replace(seam(), report=changed)))
+    assert seam().judged is not None
+    (first,) = seam().judged.seams
+    left = weld.get("left", 0)
+    outcomes = (*(replace(o, status="skipped") for o in first.outcomes[:left]), *first.outcomes[left:])
+    changed = replace(first, outcomes=outcomes, **{key: value for key, value in weld.items() if key != "left"})
+    page = render_certificate(program_certificate("hull_seam.mod", rejudged(seam(), seams=(changed,), **others)))
     assert [each for each in Verdict if each.value in page] == [verdict]
-    assert ("The stiffness of this arm is not measured" in page) == (not report)
-    assert ("the fitted model itself is sure to" in page) == bool(report)
+    assert ("The stiffness of this arm is not measured" in page) == (not others)
+    assert ("the fitted model itself is sure to" in page) == (bool(others) and "lines" not in others)
     assert f"{0 if weld else 1} of 1 seams keep 0.01 mm." in page
     row = re.search(r"<td[^>]*>rShellSeam</td>.*?</tr>", page, re.DOTALL)
     assert row and (">not kept<" if weld else ">kept<") in row[0]

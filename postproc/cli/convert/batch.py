@@ -19,6 +19,7 @@ from postproc.cli.options import AS_WRITTEN, CheckFlag, Format, ReportFile, Requ
 from postproc.cli.output import check_outputs, present
 from postproc.cli.printing import say
 from postproc.cli.program_options import TaskOptions
+from postproc.cli.run import Outcome
 from postproc.diagnostics import PostprocError, Source
 from postproc.files import real
 
@@ -43,7 +44,7 @@ def run(
     require: Require = None,
     format: Format = None,
     json: CheckFlag = False,
-) -> int:
+) -> Outcome:
     """Convert a folder, a controller backup or the tasks of a jobs file; exit 1 if one of them failed.
 
     The output folder mirrors the input; what is done already is not done again, also after a run that was stopped.
@@ -87,8 +88,9 @@ def run(
             batch = convert_into(Path(made))
             changes = _say_changes(output, Path(made))
     else:
-        batch, changes = convert_into(output), 0
-    return int(batch.failed) | changes | say_missed(require, {o.task.name: o.figures for o in batch.outcomes})
+        batch, changes = convert_into(output), False
+    lacks = say_missed(require, {o.task.name: o.figures for o in batch.outcomes})
+    return Outcome(int(batch.failed or changes or lacks), changes, lacks)
 
 
 def _workers(stated: int | None, scheduler: str | None, place: Path) -> int | None:
@@ -118,8 +120,8 @@ def _convert(ready: Ready, workers: int | None, scheduler: str | None) -> tuple[
         os._exit(1)
 
 
-def _say_changes(now: Path, made: Path) -> int:
-    """Say on stderr which files of the output folder would change; returns 1 if any would, else 0.
+def _say_changes(now: Path, made: Path) -> bool:
+    """Say on stderr which files of the output folder would change, and return whether any would.
 
     Args:
         now: the output folder. made: the same as it would be.
@@ -136,7 +138,7 @@ def _say_changes(now: Path, made: Path) -> int:
     changed = [file for file in files if file.status != "equal"]
     for line in change_lines(changed) or [f"nothing would change in `{now}`"]:
         say(line)
-    return int(bool(changed))
+    return bool(changed)
 
 
 def _parse_shard(text: str) -> Shard:

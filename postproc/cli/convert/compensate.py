@@ -12,6 +12,7 @@ from postproc.cli.printing import STDIN, print_document, show
 from postproc.cli.program_options import TaskOptions
 from postproc.cli.programs import check_unchanged, named_files, read_program_file, read_task, settled
 from postproc.cli.progress import watching
+from postproc.cli.run import Outcome
 from postproc.diagnostics import PostprocError
 from postproc.files import place
 from postproc.process import spare_scipy
@@ -31,7 +32,7 @@ def run(
     require: Require = None,
     format: Format = None,
     json: CheckFlag = False,
-) -> int:
+) -> Outcome:
     """Correct a program so that the real arm goes where the program says.
 
     Args:
@@ -66,14 +67,15 @@ def run(
         result = correct_program(sources, arm, options, watch, findings)
     show(named_files(result.diagnostics, sources))
     show_result(Path(source.path), result, settings, report, certificate)
-    code = max(1, result.exit_code)
+    code, changes = 0 if result.outputs else max(1, result.exit_code), False
     if result.output is not None:
         names = (source.path, str(target or "compensated"))
         if in_place and not (check or diff):
             check_unchanged(source)
         module = None if result.module is None or module_path is None else (module_path, result.module)
         quiet = form is not None
-        code = finish(source.data, result.output, names, target, check=check, diff=diff, silent=quiet, module=module)
+        changes = finish(source.data, result.output, names, target, check=check, diff=diff, silent=quiet, module=module)
     if form is not None:  # files first: who reads stdout may go away
         print_document({**result.report, **settings.document(arm.robot.name)}, form)
-    return max(code, say_missed(require, {Path(source.path).name: result.report}))
+    lacks = say_missed(require, {Path(source.path).name: result.report})
+    return Outcome(max(code, changes, lacks), changes, lacks)

@@ -60,15 +60,15 @@ def finish(
     diff: bool,
     silent: bool,
     module: tuple[Path, bytes] | None = None,
-) -> int:
-    """Write a result, or with ``check`` or ``diff`` tell whether it would change a file; returns the exit code.
+) -> bool:
+    """Write a result, or with ``check`` or ``diff`` write nothing and return whether a file would change.
 
     Args:
         before, after: the input and the output.
         names: of both, for the head of the difference.
         target: where the output goes, None for stdout.
-        check: write nothing; exit code 1 if the output file (the input, without one) would change.
-        diff: write nothing; print the difference, exit code 1 if there is one.
+        check: write nothing, and say whether the output file (the input, without one) would change.
+        diff: write nothing, and print the difference.
         module: a second file, written with the output or not at all.
         silent: stdout is taken (``--json``): neither the output nor the difference goes there.
     """
@@ -79,12 +79,12 @@ def finish(
         _say_changes(before, names[0], files)
     if check and target is not None:
         same = (path is None or (path.is_file() and path.read_bytes() == data) for path, data in files)
-        return int(not all(same))
+        return not all(same)
     if check or diff:
-        return int(before != after)
+        return before != after
     if target is not None or not silent:
         write_together(files)
-    return 0
+    return False
 
 
 def _say_changes(before: bytes, name: str, files: Sequence[tuple[Path | None, bytes]]) -> None:
@@ -128,8 +128,8 @@ def show_result(
         write(certificate, render_certificate(program_certificate(program.name, result, made, files)))
 
 
-def say_missed(require: str | None, programs: Mapping[str, Values]) -> int:
-    """Say on stderr of the worst program and weld that the required tolerance is not kept; return 1 then, else 0.
+def say_missed(require: str | None, programs: Mapping[str, Values]) -> bool:
+    """Say on stderr of the worst program and weld that the required tolerance is not kept; return whether it is not.
 
     Args:
         require: ``model`` or ``arm``, None for nothing. programs: documents of conversions, or their entries in that of
@@ -140,7 +140,7 @@ def say_missed(require: str | None, programs: Mapping[str, Values]) -> int:
     line = None if require is None else missed(require, programs)
     if line is not None:
         say(f"`--require {require}`: {line}")
-    return int(line is not None)
+    return line is not None
 
 
 def unified_diff(before: bytes, after: bytes, name_before: str, name_after: str) -> bytes:

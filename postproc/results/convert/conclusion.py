@@ -9,7 +9,7 @@ import numpy as np
 
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.judgement.accuracy import Accuracy, remaining_deflection
-from postproc.compensation.verdict import verdict_sentence
+from postproc.compensation.verdict import verdict_of
 from postproc.diagnostics import Diagnostic, Matter, joined
 from postproc.effects.registry import effect_library
 from postproc.model.arm import Model
@@ -31,12 +31,12 @@ def conclusion(conversion: Conversion) -> tuple[Tone, list[str]]:
         return "error", ["The program is not safe to compensate; no program was written."]
     if judged is None or (conversion.plan is None and conversion.module is None):
         return "", ["Nothing moves: the program is written as it is."]
-    tone, sentence = verdict_sentence(values, conversion.outcomes)
-    lines = [sentence]
+    verdict = verdict_of(judged)
+    lines = [verdict.sentence]
     lines += _not_in_figures(values)
     if values["figures"]:
         lines += _how_sure(values, conversion.diagnostics, judged.accuracy, conversion.model)
-    return tone, lines
+    return verdict.tone, lines
 
 
 def _not_in_figures(values: Values) -> list[str]:

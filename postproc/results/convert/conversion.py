@@ -11,7 +11,7 @@ from postproc.compensation.conversion import Conversion, JudgedProgram
 from postproc.compensation.judgement.figures import CLAUSES, PlaceFigures, legend
 from postproc.compensation.judgement.seams import Seam
 from postproc.compensation.text.values import StatementOutcome
-from postproc.compensation.verdict import CORRECTED, verdict, verdict_sentence
+from postproc.compensation.verdict import CORRECTED, verdict_of
 from postproc.model.uncertainty.undetermined import Undetermined
 from postproc.numbers import mm, on_arm_text
 from postproc.report.blocks import DataTable, Document, Figure, Scene, Section, Tone, Values, View, attributes
@@ -95,7 +95,8 @@ def conversion_values(conversion: Conversion) -> dict[str, Any]:
         "sigma_parts_mm": _lengths(("parameters", "unexplained"), accuracy.parts)
         | {"noise": model.fit.get("noise_mm")},
     }
-    document = {
+    verdict = verdict_of(judged)
+    return {
         "schema": CONVERSION_SCHEMA,
         "tool": __version__,
         "robot": model.robot.name,
@@ -124,9 +125,9 @@ def conversion_values(conversion: Conversion) -> dict[str, Any]:
         "run_time": judged.run_time and asdict(judged.run_time),
         "rigid_shift": [*map(rigid_shift_values, judged.shifts)],
         "from_programmed_path": judged.drawn and _lengths(("before_mm", "after_mm"), judged.drawn.counting),
+        "verdict": verdict.kept,
+        "verdict_sentence": verdict.sentence,
     }
-    document["verdict"] = verdict(document)
-    return {**document, "verdict_sentence": verdict_sentence(document, judged.outcomes)[1]}
 
 
 def _statement_values(outcome: StatementOutcome) -> Values:
