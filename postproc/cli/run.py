@@ -56,8 +56,8 @@ def run(app: App, arguments: Sequence[str]) -> int:
 def run_command(app: App, arguments: Sequence[str]) -> Outcome:
     """Run one command and return how it ended.
 
-    Exit codes: 0 done; 1 findings, would change, not safe; 2 bad usage or bad input; 70 internal error; 130 stopped with
-    Ctrl-C.
+    Exit codes: 0 done; 1 findings, would change, not safe; 2 bad usage or bad input; 70 internal error; 130 stopped
+    with Ctrl-C.
     """
     words = [word for word in arguments if word != EVERYTHING]
     before = VERBOSE.set(len(words) < len(arguments))
