@@ -20,6 +20,8 @@ from postproc.effects.registry import BUILT_IN
 
 DOCS = Path(__file__).resolve().parent
 HULL = ("samples/hull_seam.mod", "--force", "200,-200,-200")
+BY_WEIGHTS = ("samples/corner_arc.mod", "--robot", "irb2600_20_165")
+"""A program and an arm whose links, of estimated masses, make nearly all of the deflection by their weight."""
 
 
 @cache
@@ -45,9 +47,9 @@ def hull_expected() -> str:
     return f"{low:.2f} to {high:.2f} mm"
 
 
-def hull_share(key: str) -> str:
+def remaining_share(arguments: tuple[str, ...], key: str) -> str:
     """A share [%] of the deflection that is expected to remain on an arm of the type."""
-    low, high = (100.0 * share for share in conversion(*HULL)[key])
+    low, high = (100.0 * share for share in conversion(*arguments)[key])
     return f"{low:.0f} to {high:.0f} %"
 
 
@@ -93,8 +95,9 @@ MADE: Mapping[str, Callable[[], str]] = {
     "hull-before": lambda: hull("before_mm", 2),
     "hull-after": lambda: hull("after_mm", 2),
     "hull-expected": hull_expected,
-    "hull-share": lambda: hull_share("expected_remaining_fraction"),
-    "hull-gauge-share": lambda: hull_share("expected_remaining_fraction_after_gauge"),
+    "hull-share": lambda: remaining_share(HULL, "expected_remaining_fraction"),
+    "hull-gauge-share": lambda: remaining_share(HULL, "expected_remaining_fraction_after_gauge"),
+    "weights-gauge-share": lambda: remaining_share(BY_WEIGHTS, "expected_remaining_fraction_after_gauge"),
     "sets": lambda: score("all", "kind/sets", 1),
     "sets-right": lambda: score("all", "kind/sets", 2),
     "effects-found": lambda: score("all", "kind/found", 1),

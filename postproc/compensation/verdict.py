@@ -25,7 +25,7 @@ CORRECTED: tuple[Status, ...] = ("compensated", "run_time")
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class ProgramVerdict:
     """What is said first of a corrected program.
 
     Args:
@@ -38,7 +38,7 @@ class Verdict:
     sentence: str
 
 
-def verdict_of(judged: JudgedProgram) -> Verdict:
+def verdict_of(judged: JudgedProgram) -> ProgramVerdict:
     """Return the verdict on a corrected program; lengths count as its document has them, in five decimals of mm."""
     kept = _kept(judged)
     counts = Counter(outcome.status for outcome in judged.outcomes)
@@ -46,13 +46,13 @@ def verdict_of(judged: JudgedProgram) -> Verdict:
     welds = [outcome for outcome in judged.outcomes if outcome.statement.signature.phase]
     reasons = Counter(outcome.reason for outcome in welds if outcome.status == "skipped")
     if reasons and not any(outcome.status in CORRECTED for outcome in welds):
-        return Verdict(kept, "error", f"No weld was corrected: {reasons.most_common(1)[0][0]}.")
+        return ProgramVerdict(kept, "error", f"No weld was corrected: {reasons.most_common(1)[0][0]}.")
     if not corrected:
-        return Verdict(kept, "warning", "Nothing was corrected.")
+        return ProgramVerdict(kept, "warning", "Nothing was corrected.")
     if not counts["compensated"] or not judged.places:
         text = f"{count_statements(corrected, 'corrected')}; no line or arc could be measured."
-        return Verdict(kept, TONES[kept], text)
-    return Verdict(kept, TONES[kept], _tolerance_sentence(judged, kept))
+        return ProgramVerdict(kept, TONES[kept], text)
+    return ProgramVerdict(kept, TONES[kept], _tolerance_sentence(judged, kept))
 
 
 def _kept(judged: JudgedProgram) -> Kept:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from contextlib import nullcontext
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Annotated
@@ -83,14 +84,11 @@ def run(
         say(shown.time_line())
         return batch
 
-    if check:
-        with TemporaryDirectory(prefix="postproc-") as made:
-            batch = convert_into(Path(made))
-            changes = _say_changes(output, Path(made))
-    else:
-        batch, changes = convert_into(output), False
+    with TemporaryDirectory(prefix="postproc-") if check else nullcontext(output) as made:
+        batch = convert_into(Path(made))
+        changes = check and _say_changes(output, Path(made))
     lacks = say_missed(require, {o.task.name: o.figures for o in batch.outcomes})
-    return Outcome(int(batch.failed or changes or lacks), changes, lacks)
+    return Outcome(int(batch.failed) | changes | lacks, changes, lacks)
 
 
 def _workers(stated: int | None, scheduler: str | None, place: Path) -> int | None:
