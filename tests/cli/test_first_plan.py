@@ -43,6 +43,15 @@ def test_a_plan_is_a_table_a_program_and_a_sheet(kind: str, call: Call, tmp_path
     assert page.count('class="box"') == 4 * boxes and page.count("<svg") == 4 and "<script" not in page
 
 
+def test_the_commands_after_a_plan_state_what_was_planned_for(call: Call, tmp_path: Path):
+    model, table = tmp_path / "arm.toml", tmp_path / "t.csv"
+    model.write_text('robot = "irb1600_10_145"\n[mounting]\nrpy_deg = [180, 0, 0]\n[tool]\nxyz_mm = [0, 10, 300.5]\n')
+    done = call("plan", model, "-n", 1, "--kind", "gauge", "--load", 8, "--noise", 0.02, "-o", table)
+    stated = "--mounting 180,0,0 --tool 0,10,300.5 --noise 0.02"
+    assert f"`postproc fit {table} --robot irb1600_10_145 {stated} -o MODEL.toml`" in done.err
+    assert "where no weight can be hung" in done.err
+
+
 def test_the_document_says_what_remains_and_what_no_load_tells(call: Call):
     said = json.loads(call("plan", "irb4600_60_205", "-n", "5", *GAUGE, "--json").out)
     before, after = (said[f"expected_remaining_fraction_{when}"] for when in ("before", "after"))

@@ -119,7 +119,7 @@ def test_measurements_narrow_what_is_expected_to_remain():
 
 def test_where_no_gauge_can_be_read_that_is_said():
     (found,) = refused(lambda: planned("gauge", load=0.1))
-    assert "0 set-ups can be measured here" in found.message and "heavier load" in found.help
+    assert "0 set-ups can be measured here" in found.message and "load it more" in found.help
 
 
 @pytest.mark.parametrize("kind", SHOP)

@@ -76,7 +76,8 @@ def plan_first(
     kind, load, pull = options.kind, options.load or 0.0, options.pull or 0.0
     if kind is None or (kind == "gauge" and not (load or pull)):
         text = "a gauge needs a load" if kind else "without a table nothing says what is to be measured"
-        raise PostprocError.of("CLI017", text, help="write `--kind gauge --load KG`, the mass that is hung on")
+        help_ = "write `--kind gauge --load KG`, the mass that is hung on, or `--pull N` of a spring balance"
+        raise PostprocError.of("CLI017", text, help=help_)
     if pull and kind != "gauge":
         raise PostprocError.of("CLI017", "`--pull` is for a gauge", help="leave it out, or write `--kind gauge`")
     arm = _arm(name, arm_options)
@@ -95,8 +96,23 @@ def plan_first(
     write_together([*(pair for pair in files if pair[0] is not None), *shown])
     if table is not None and not json:
         what = "says what is known of the arm, once the readings are filled in"
-        say_next(what, "fit", table, "--robot", arm.robot_name, *arm_options.words(), "-o", "MODEL.toml")
+        noise = [] if table_options.noise is None else ["--noise", table_options.noise]
+        say_next(what, "fit", table, "--robot", arm.robot_name, *_stands(arm, arm_options), *noise, "-o", "MODEL.toml")
+        for program in programs:
+            say_next("corrects that program", "compensate", program, "-m", "MODEL.toml", "-o", "OUT", lead="then")
     return 0
+
+
+def _stands(arm: Model, stated: ArmOptions) -> list[str]:
+    """Return options of ``fit`` that state what was planned for: as stated, else mounting and tool of a model file."""
+    import numpy as np
+    from scipy.spatial.transform import Rotation
+
+    turned = Rotation.from_matrix(arm.R_world_base).as_euler("xyz", degrees=True)
+    numbers = [] if stated.cell is not None else [("--mounting", turned)]
+    numbers += [] if stated.tool is not None else [("--tool", 1e3 * arm.T_flange_tcp[:3, 3])]
+    words = [(option, ",".join(f"{x + 0.0:.6g}" for x in vector)) for option, vector in numbers if np.any(vector)]
+    return [*(word for pair in words for word in pair), *stated.words()]
 
 
 def _arm(name: Path, arm_options: ArmOptions) -> Model:

@@ -204,7 +204,7 @@ def plan_setups(
     pool = _pool(arm, request, box, g, known)
     if (possible := len(np.unique(pool.posture))) < count:
         message = f"{possible} set-ups can be measured here, and {count} are asked for"
-        raise PostprocError.of("DAT024", message, help="widen `--region`, or take a heavier load (`--load`)")
+        raise PostprocError.of("DAT024", message, help="widen `--region`, or load it more (`--load`, `--pull`)")
     q = _postures(arm, "position", box, g)[0][:JUDGED]
     judged = _loaded(arm, q, request)
     judged = judged.rows(slice(-max(len(judged) - len(q), len(q)), None))

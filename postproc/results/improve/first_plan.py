@@ -64,7 +64,8 @@ def first_plan_sentence(plan: SetupPlan) -> str:
         lines.append(f"{what}: they are estimates, and no load on the tool tells them.")
     lines += _loads(plan)
     if plan.kind == "gauge" and 0 in plan.unloaded:
-        lines.append("A weight never loads joint 1: pull sideways with a spring balance, too (`--pull N`).")
+        lines.append("A weight never loads joint 1: pull sideways with a spring balance, too (`--pull N`);")
+        lines.append("where no weight can be hung, alone.")
     if little := [f"joint {j + 1}" for j in plan.unknown if j not in plan.unloaded]:
         lines.append(f"They tell little more of the springs of {joined(little)}.")
     return " ".join(lines)
