@@ -62,8 +62,8 @@ class Step:
     """One step of an addition: what was added, and the fit after it.
 
     Args:
-        share: how far the held-out error has come from the base towards the floor, in [0, 1]; None where it cannot
-            fall.
+        share: of the mean square of the held-out error above that of the floor, how much is gone since the base, in
+            [0, 1]; None where it cannot fall.
     """
 
     name: str
@@ -179,7 +179,7 @@ def _added(
     floor = bound if level is None else level
     top = steps[0].fit.held_out_rms
     if top > floor:
-        shares = [float(np.clip((top - s.fit.held_out_rms) / (top - floor), 0.0, 1.0)) for s in steps]
+        shares = [float(np.clip((top**2 - s.fit.held_out_rms**2) / (top**2 - floor**2), 0.0, 1.0)) for s in steps]
         steps = [replace(s, share=share) for s, share in zip(steps, shares, strict=True)]
     without: dict[str, FitFigures] = {}
     # Frames of sessions, and points of reflectors, that nobody asked for say where things stood.

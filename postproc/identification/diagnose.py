@@ -12,6 +12,7 @@ from postproc.effects.registry import effect_library
 from postproc.estimation.findings import data_findings
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
+from postproc.estimation.priors import with_earlier_fit
 from postproc.estimation.solving.rounding import with_judged_rounding
 from postproc.estimation.solving.settle import settled
 from postproc.identification.curves.families import curve_forms
@@ -54,6 +55,7 @@ def diagnose(
     library = effect_library()
     library.update({cls.key: cls for cls in extra_effects})
     data = with_channels_of(library.values(), model, data.in_order)
+    model = with_earlier_fit(model, data)
     watch("the model as it came", 0.0)
     forecast = Forecast(watch)
     return with_judged_rounding(

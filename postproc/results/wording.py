@@ -146,6 +146,10 @@ def p_text(p: float) -> str:
     return f"{p:.2f}" if p > 0.005 else f"{p:.0e}" if p > 1e-300 else "< 1e-300"
 
 
+ABOVE_NOISE = "of the variance above the noise"
+"""What shares of an error are shares of: of its mean square, less that of the noise."""
+
+
 def percent(share: float) -> str:
     """Return a share above 0 as text: ``37 %``, ``less than 1 %``."""
     return f"{100 * share:.0f} %" if share >= 0.005 else "less than 1 %"

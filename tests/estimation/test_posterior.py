@@ -15,6 +15,7 @@ from postproc.estimation.posterior import Objective
 from postproc.estimation.priors import Prior, with_earlier_fit
 from postproc.estimation.recorded import recorded_model
 from postproc.identification.add import add_effects, fit_effects
+from postproc.identification.diagnose import diagnose
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model, StatedPrior
 from postproc.model.equilibrium import predict
@@ -133,6 +134,24 @@ def test_what_an_earlier_table_told_is_kept_by_a_later_one_that_is_silent():
     # The priors are written, so that a third fit to the same rows does not count them twice.
     again = read_back(added.model)
     assert again.priors == added.model.priors == with_earlier_fit(again, later).priors
+
+
+def test_add_and_diagnose_begin_with_the_same_fit(monkeypatch: pytest.MonkeyPatch) -> None:
+    first = recorded_model(fitted(replace(pulled(12)[0], sources=(Source("pulled.csv", b"pulled"),))))
+    later, begun = replace(cell(seed=13)[0], sources=(Source("gravity.csv", b"gravity"),)), []
+
+    def begin(model: Model, *_: object, **__: object) -> None:
+        begun.append(model.priors)
+        raise InterruptedError
+
+    for module, command in (
+        ("add", lambda: add_effects(first, later, ["backlash"])),
+        ("diagnose", lambda: diagnose(first, later)),
+    ):
+        monkeypatch.setattr(f"postproc.identification.{module}.fit_model", begin)
+        with pytest.raises(InterruptedError):
+            command()
+    assert begun[0] == begun[1] == with_earlier_fit(first, later).priors != first.priors
 
 
 def test_a_prior_that_a_user_states_counts():

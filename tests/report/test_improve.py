@@ -22,7 +22,7 @@ from postproc.report.drawing.residuals import suspect_chart
 from postproc.report.page import render_certificate, render_page
 from postproc.report.terminal import render_text
 from postproc.results.certificate import arm_certificate
-from postproc.results.improve.addition import addition_document
+from postproc.results.improve.addition import BASE_LABEL, addition_document
 from postproc.results.improve.comparison import comparison_document, comparison_values
 from postproc.results.improve.diagnosis import diagnosis_document
 from tests.identification.cells import hidden_found
@@ -75,7 +75,7 @@ def test_a_comparison_shows_each_channel_where_it_tells_most() -> None:
     assert len(set(channels)) == len(channels) == len({t["channel"] for t in values["channels"]})
     first = values["channels"][0]
     at = "in space" if first["where"] == "space" else f"at {first['where']}"
-    assert titles[0] == f"{first['channel']}: {100 * first['share']:.0f} % of the error {at}"
+    assert titles[0] == f"{first['channel']}: {100 * first['share']:.0f} % of the variance {at}"
     assert re.search(r"<title>q2 [-\d.]+ deg: mean [-+\d.]+ \+- [\d.]+ (mrad|mm)</title>", every)
     [step] = carried(page, "steps")["steps"]
     assert 1 <= len(step["charts"]) <= 6 and titles[0] in step["charts"][0]
@@ -127,7 +127,7 @@ def test_a_diagnosis_names_what_is_missing_in_words_and_units() -> None:
     assert parameters(page) == gaps(diagnosis.final.model)
     steps = carried(page, "steps")["steps"]
     assert [(step["name"], len(step["laws"])) for step in steps] == [
-        ("the model as it came", 0),
+        (BASE_LABEL, 0),
         ("with what is missing", 2),
     ]
 
@@ -190,7 +190,7 @@ def test_an_addition_shows_what_each_effect_is_worth() -> None:
     addition = added("backlash")
     page = render_page(addition_document("cell.toml cell.csv", addition))
     bars = re.findall(r">([^<>]*)</(?:span|button)><b><i[^>]*></i>.*?</b><span>([\d.]+) mm</span>", page)
-    fits = {"the model as it came": addition.before, "+ backlash": addition.fit}
+    fits = {BASE_LABEL: addition.before, "+ backlash": addition.fit}
     fits |= {f"without {key}": fit for key, fit in addition.without.items()}  # type: ignore[misc]
     assert bars == [(name, f"{1e3 * fit.held_out_rms:.3f}") for name, fit in fits.items()]
     assert gaps(addition.fit.model).items() <= parameters(page).items()
@@ -201,7 +201,7 @@ def test_the_steps_of_an_addition_are_its_ladder() -> None:
     """Residuals of every step are those of its model, and sample targets move by what that model corrects."""
     addition = added("backlash", "transmission_error")
     steps = carried(render_page(addition_document("cell.toml cell.csv", addition)), "steps")["steps"]
-    assert [step["name"] for step in steps] == ["the model as it came", "+ backlash", "+ transmission_error"]
+    assert [step["name"] for step in steps] == [BASE_LABEL, "+ backlash", "+ transmission_error"]
     for step, rung in zip(steps, addition.ladder, strict=True):
         assert step["error"] == pytest.approx(1e3 * rung.fit.held_out_rms)
         assert np.sqrt(np.mean(numbers(step["away"]) ** 2)) == pytest.approx(1e3 * rung.fit.rms, rel=1e-3)

@@ -123,7 +123,7 @@ def remaining_deflection(values: Mapping[str, Any]) -> tuple[str, str]:
         return text, "`postproc plan` says what to measure"
     loads = f"--load {values['gauge_load_kg']:g} --pull {PULL_N:g}"
     plan = f"`postproc plan {values['robot']} -n {GAUGE_READINGS // 2} --kind gauge {loads}`"
-    return text, f"{GAUGE_READINGS} readings with a dial gauge leave about {percent_range(after)}: {plan}"
+    return text, f"{GAUGE_READINGS} readings with a dial gauge leave about {percent_range(after)} of it: {plan}"
 
 
 def _expect_accuracy(
@@ -189,6 +189,7 @@ def _local_effects(model: Model, at_goals: State, source: Source) -> Iterator[Di
         return
     local = " and ".join(f"`{key}`" for key in model.fit.get("local", ()))
     text = f"{local} holds near the measured rows alone, and {far} of {len(known)} targets are away from them: there "
-    text += f"the correction falls back to the rest of the model, by {100 * (1 - known.min()):.0f} % at the farthest"
+    share = f"{100 * (1 - known.min()):.0f} % of what it adds"
+    text += f"the correction falls back to the rest of the model, by {share} at the farthest"
     help_ = "measure poses there too (`postproc plan`), and `postproc add` it anew"
     yield Diagnostic("CMP010", "warning", text, source, help=help_)

@@ -170,7 +170,7 @@ def _charts(
             f"{channel} [{unit}]" if unit else channel,
             f"{unit_y} {place}",
             noise=None if noise is None else 2 * noise * gain,
-            title=f"{channel}: {100 * trend.share:.0f} % of the error {place}",
+            title=f"{channel}: {100 * trend.share:.0f} % of the variance {place}",
             bins=Bins(centre, trend.mean, trend.spread, text),
             marks=[
                 (i, f"{pose_name(fit, i)}: {trend.values[i]:+.4f} {unit_y} at {channel} {values[i]:.4g} {unit}")

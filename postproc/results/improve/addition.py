@@ -25,17 +25,17 @@ from postproc.results.improve.fit import (
     parameter_sections,
     parameter_table,
 )
-from postproc.results.wording import SMOOTH_FUNCTIONS
+from postproc.results.wording import ABOVE_NOISE, SMOOTH_FUNCTIONS, percent
 
-HARDLY_ANY = 0.05
-"""Share of the way to the floor that must be gone to be called more than hardly any: chance goes a few percent."""
+HARDLY_ANY = 0.1
+"""Share of the mean square above the floor that must be gone to be more than hardly any: chance takes a few percent."""
 EACH_NOTE = "Everything fitted again without the effect: long bars matter."
 REGIONS = {
     "near": "near the measured rows",
     "left_out": "in parts of the joint space left out",
     "anywhere": "at any joint angles",
 }
-BASE_LABEL = "the model as it came"
+BASE_LABEL = "the model as it came, fitted again"
 HOLDS = (
     "Standard deviation per axis of a measurement there; parts left out are quarters of the range of the joints along "
     "which the model before the addition is off most differently."
@@ -66,8 +66,8 @@ def addition_document(name: str, addition: Addition) -> Document:
         if unnamed:
             return Bar(label, 1e3 * error.rms)
         note = f"{1e3 * error.rms:.3f} {kind.unit} in the fit"
-        if share is not None and noise:
-            note += f", {100 * share:.0f} % of the way to the noise"
+        if share and noise:
+            note += f", {percent(share)} {ABOVE_NOISE} explained"
         return Bar(label, 1e3 * error.held_out_rms, note)
 
     ladder = [bar(step.name if k else BASE_LABEL, step.fit, step.share) for k, step in enumerate(addition.ladder)]
@@ -102,7 +102,7 @@ def addition_values(addition: Addition) -> dict[str, Any]:
     return {
         **fit_values(addition.fit, error_values(addition.before)),
         addition.fit.observed.key("floor"): mm(addition.floor),
-        "ladder": [{"step": s.name, **error_values(s.fit), "share_of_way": s.share} for s in addition.ladder],
+        "ladder": [{"step": s.name, **error_values(s.fit), "explained_share": s.share} for s in addition.ladder],
         "regions": _region_values(addition),
         "leave_one_out": [{"without": key, **error_values(f)} for key, f in addition.without.items()],
     }

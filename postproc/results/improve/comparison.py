@@ -29,6 +29,8 @@ GREY = (
 )
 FOLLOWS = f"What the residual follows: share of its variance that each channel ({CHANNEL}) explains alone, above chance"
 WITHIN = {"50": "half", "95": "95 %", "99": "99 %"}  # shares of the poses by their percentile
+AS_IT_IS = "this model as it is"
+"""Nothing is fitted but where the instrument stands: `diagnose` and `add` state errors of the model fitted again."""
 WORST, FOLLOWED = 5, 8
 """Worst poses, and channels that the residual follows, that a terminal prints."""
 
@@ -47,7 +49,7 @@ def comparison_document(name: str, comparison: Comparison) -> Document:
     worst_poses = DataTable("worst poses", worst_columns, worst, range(min(WORST, len(worst))), view="worst")
     followed = DataTable("shares", ("channel", "at", "explains"), follows, range(min(FOLLOWED, len(follows))))
     error, bound = values[kind.key("rms")], values[kind.key("bound")]
-    bars = Bars([Bar("this model", error), Bar(SMOOTH_FUNCTIONS, bound)], noise, SMOOTH_FUNCTIONS, kind.unit)
+    bars = Bars([Bar(AS_IT_IS, error), Bar(SMOOTH_FUNCTIONS, bound)], noise, SMOOTH_FUNCTIONS, kind.unit)
     laws = Chart(lambda: law_charts(laws_of(fit, [e.key for e in fit.model.effects])), 320)
     many = [f"{d.message[0].upper()}{d.message[1:]}." for d in subsample_findings(fit.data)]
     known = [_without_physics(error, bound, noise, each), *many, *excluded_rows(fit)]
@@ -69,7 +71,7 @@ def comparison_document(name: str, comparison: Comparison) -> Document:
             Section("Laws that the model holds", [laws], "At these poses.", folded=True),
             Section(FOLLOWS, [followed], folded=True),
         ],
-        scene=steps_scene(kind.name, lambda: steps_data([Rung("this model", fit, fit.rms, held_out=False)], (), noise)),
+        scene=steps_scene(kind.name, lambda: steps_data([Rung(AS_IT_IS, fit, fit.rms, held_out=False)], (), noise)),
     )
 
 

@@ -33,7 +33,7 @@ from postproc.results.improve.fit import (
     undetermined_sentences,
 )
 from postproc.results.improve.sentences import MOST_RIVALS_NAMED, doubts, headline, title
-from postproc.results.wording import CHANNEL, SMOOTH_FUNCTIONS, p_text, percent, place
+from postproc.results.wording import ABOVE_NOISE, CHANNEL, SMOOTH_FUNCTIONS, p_text, percent, place
 
 IN_REGIONS = "in parts of the joint space left out, searched anew"
 NOTHING = "Nothing is missing"
@@ -49,7 +49,7 @@ BLIND = "This data could not have shown (`postproc effects show KEY` says what t
 NOISE = "The dashed line is the noise: no model can be expected below it. "
 GREY_NOTE = "Grey: what smooth functions of all recorded columns reach without physics, for comparison."
 REMAINING_NOTE = (
-    f"A channel is {CHANNEL}. Of what the final model leaves above the noise; strongest first. The chart shows the "
+    f"A channel is {CHANNEL}; it explains a share {ABOVE_NOISE} that the final model leaves. The chart shows the "
     "first without the share that the fitted parameters have taken on. `postproc add` adds it as a `curve`."
 )
 RANKED = (

@@ -14,7 +14,7 @@ from postproc.identification.diagnosis import Diagnosis, shortage, suspect_size
 from postproc.identification.screen.candidate import Candidate
 from postproc.identification.screen.suspects import Suspect
 from postproc.measure.errors import rms
-from postproc.results.wording import percent, place
+from postproc.results.wording import ABOVE_NOISE, percent, place
 
 MOST_RIVALS_NAMED = 3
 """So many rivals of an effect stand in the headline; where there are more, a line below it has them."""
@@ -102,7 +102,7 @@ def _remaining(d: Diagnosis, s: Suspect) -> str:
     at = ("" if s.where.startswith(("joint", "body")) else "the ") + s.where + ("," if "," in s.where else "")
     if s.share + sum(other.share for other in d.further) < NO_LAW_SHARE:
         strongest = f"the strongest curve, at {at} along {channels} ({s.pattern})"
-        return f"More is left than noise; {strongest}, explains {percent(s.share)} of it."
+        return f"More is left than noise; {strongest}, explains {percent(s.share)} {ABOVE_NOISE}."
     extent = ""  # how far the pattern turns a joint between its extreme rows
     if s.where.startswith("joint") and s.place.shape[2] == 1:
         turned = s.values.reshape(len(s.values), -1) @ suspect_size(d.searched, s)
