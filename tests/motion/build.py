@@ -68,7 +68,7 @@ def arc(via: np.ndarray, T: np.ndarray, **more: Any) -> dict[str, Any]:
 def _event(row: int) -> MotionEvent:
     """A stand-in with nothing but a place."""
     statement = SimpleNamespace(argument=lambda role: None, source=None, span=(row, row + 1))
-    return cast(MotionEvent, SimpleNamespace(statement=statement, options={}))
+    return cast(MotionEvent, SimpleNamespace(statement=statement, options={}, turns=()))
 
 
 def sampled(*steps: dict[str, Any]) -> Samples:

@@ -10,7 +10,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic
-from postproc.motion.findings import once, place
+from postproc.motion.findings import in_turns, once, place
 from postproc.motion.mounts import Mounts
 from postproc.motion.path.places import UNKNOWN_AXES, unit_of
 from postproc.motion.path.postures import goal_joints
@@ -63,7 +63,8 @@ def read_moves(
     refused = refuse_events(events, free_axes, station)
     beyond = _beyond_limits(events, known, station, places)
     astray = {i for i, _ in beyond}
-    wrong = [(i, f.diagnostic(*place(events[i]))) for f in failures if (i := known[f.index]) not in astray]
+    failed = [(i, f) for f in failures if (i := known[f.index]) not in astray]
+    wrong = [(i, in_turns(f.diagnostic(*place(events[i])), events[i])) for i, f in failed]
     lost = {i: finding.code for i, finding in wrong}
     runs = [(events[i], lost.get(i)) for i in known]
     another = another_arm(robot, runs)
@@ -71,7 +72,8 @@ def read_moves(
     wrong = [(i, _as_warning(d, DISPLACED) if events[i].statement.key in spared else d) for i, d in wrong]
     for i in [i for i in known if endless and events[i].in_force in endless]:
         text = "the programmed speed is zero or negative: the arm would never arrive"
-        wrong.append((i, Diagnostic("MOT006", "error", text, *place(events[i], "speed"), "give a speed above zero")))
+        slow = Diagnostic("MOT006", "error", text, *place(events[i], "speed"), "give a speed above zero")
+        wrong.append((i, in_turns(slow, events[i])))
     bad = {i for i, _ in wrong} | astray | {i for i, _ in refused if events[i].unreachable}
     findings = [_as_warning(d, LOOSE) if events[i].unreachable else d for i, d in (*refused, *wrong)]
     findings += [finding for _, finding in beyond]
@@ -174,7 +176,9 @@ def _beyond_limits(
                 f" {scale * upper:.1f} {unit}"
             )
             help_ = "change the target, or the limits that the cell states"
-            findings.append((known[row], Diagnostic("KIN003", "warning", text, *place(events[known[row]]), help_)))
+            event = events[known[row]]
+            beyond = Diagnostic("KIN003", "warning", text, *place(event), help_)
+            findings.append((known[row], in_turns(beyond, event)))
     return findings
 
 

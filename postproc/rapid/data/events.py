@@ -273,6 +273,22 @@ class InForce:
 
 
 @dataclass(frozen=True, slots=True)
+class Turn:
+    """One turn of a loop.
+
+    Args:
+        source: the file. start: byte offset of the loop. word: ``FOR``, ``WHILE``, or ``GOTO`` that goes back.
+        number: of the turn, from 1. index: name of the index of a FOR loop, and its value.
+    """
+
+    source: Source
+    start: int
+    word: str
+    number: int
+    index: tuple[str, float] | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class MotionEvent:
     """One execution of a motion statement, with everything that is in force at that moment.
 
@@ -300,6 +316,7 @@ class MotionEvent:
     axes: records.Ax6 | None = field(
         default=None, compare=False
     )  # where external axes stand at the goal [mm, deg], or NaN
+    turns: tuple[Turn, ...] = field(default=(), compare=False)  # of the loops around it, the outermost first
     unknowns: tuple[Unknown, ...] = field(default=(), compare=False)  # what ``reason`` says, as values
 
     tool: ClassVar[records.ToolData] = shared("in_force.tool")

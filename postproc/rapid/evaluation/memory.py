@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from postproc.rapid.data.arm import call_by_arm
 from postproc.rapid.data.builtins import PREDEFINED
+from postproc.rapid.data.events import Turn
 from postproc.rapid.data.records import Pose
 from postproc.rapid.data.values import Data, Fields, Value
 from postproc.rapid.evaluation.declared import DeclaredValues
@@ -110,6 +111,7 @@ class Memory:
             emptied.
         ends: indices of the events after one of which the arm stands now, and ``NOWHERE``.
         conditional: how many of the conditions in force are not known.
+        turns: of the loops that are being run, the outermost first, as far as their turns are counted.
         trial: nothing moves; returning: from the end of a loop to the first motion of its next turn.
     """
 
@@ -121,6 +123,7 @@ class Memory:
     changed: dict[str, Data] = field(default_factory=dict)
     ends: frozenset[int] = LOST
     conditional: int = 0
+    turns: tuple[Turn, ...] = ()
     trial: bool = False
     returning: bool = False
     teaching: Teaching = field(default_factory=Teaching)

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from postproc.diagnostics import Source, Span
-from postproc.rapid.data.events import MotionStatement
+from postproc.rapid.data.events import MotionStatement, Turn
 from postproc.rapid.data.values import Data, Value
 from postproc.rapid.evaluation.assign import differing, forget, joined, present
 from postproc.rapid.evaluation.evaluate import names_in
@@ -286,11 +286,12 @@ class AbstractInterpreter(Interpreter):
         False if its body is left.
         """
         indices = self.indices(loop, memory)
-        known = indices is not None
-        for index in indices or ():
-            if self.exhausted(memory.frame.routine.source):
-                known = False
+        known, outer, source = indices is not None, memory.turns, memory.frame.routine.source
+        for number, index in enumerate(indices or (), 1):
+            if self.exhausted(source):
+                known, memory.turns = False, outer
                 break
+            memory.turns = (*outer, Turn(source, loop.span[0], "FOR", number, (loop.word, index)))
             memory.frame.bindings[loop.word] = Value(index, "num")
             if not self.body(loop.branches[0].body, memory):
                 return False
@@ -305,7 +306,8 @@ class AbstractInterpreter(Interpreter):
         True if its end is reached, False if its body is left or it never ends.
         """
         condition = loop.parts[0] if loop.parts else (0, 0)
-        words = memory.frame.routine.source.data[condition[0] : condition[1]]
+        source, outer = memory.frame.routine.source, memory.turns
+        words = source.data[condition[0] : condition[1]]
         if loop.word != UNTIL and words.strip(b"() \t\r\n").lower() in (b"true", b""):
             self.unknown_turns(loop, memory, certain=True)
             memory.leave(goes_on=False)
@@ -314,17 +316,19 @@ class AbstractInterpreter(Interpreter):
         turns = MAX_TURNS if "@moves" in keys else MAX_IDLE_TURNS
         if not self.can_end(condition, keys, memory):
             turns = 1
-        for _ in range(turns):
+        for number in range(1, turns + 1):
             verdict = self.truth(condition, memory)
             if verdict is (loop.word == UNTIL):
                 return True
-            if verdict is None or self.exhausted(memory.frame.routine.source) or turns == 1:
+            if verdict is None or self.exhausted(source) or turns == 1:
                 break
+            memory.turns = (*outer, Turn(source, loop.span[0], "GOTO" if loop.word == UNTIL else "WHILE", number))
             before = present(memory, keys)
             if not self.body(loop.branches[0].body, memory):
                 return False
             if not differing(before, present(memory, keys)):
                 break  # nor will it in the next turn: what ends the loop is not known
+        memory.turns = outer
         self.unknown_turns(loop, memory)
         return True
 

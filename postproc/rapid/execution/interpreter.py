@@ -113,10 +113,11 @@ class Interpreter(ABC):
                 self.data.assign(statement.parts[0], data, memory)
             case "if" | "test":
                 return self.branches(statement, memory)
-            case "for":
-                return self.for_loop(statement, memory)
-            case "while":
-                return self.while_loop(statement, memory)
+            case "for" | "while":
+                outer = memory.turns
+                reached = (self.for_loop if statement.kind == "for" else self.while_loop)(statement, memory)
+                memory.turns = outer
+                return reached
             case "label" | "goto":
                 return self.jump(statement, memory)
             case "return":

@@ -255,6 +255,7 @@ class EventMaker:
             tuple(findings),
             numbers=named_numbers(statement, origin, memory) if apart and self.named else (),
             assumed=tuple(cause.reason for cause in causes) if causes else (),
+            turns=memory.turns,
             unknowns=tuple(reasons),
         )
 
