@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 
+from postproc.grouping import grouped
 from postproc.rapid.data.events import MotionStatement, StatementKey
 
 
@@ -23,6 +25,24 @@ def seams_of(statements: Iterable[MotionStatement]) -> list[list[MotionStatement
             seams.append([statement])
         burning, routine = phase in ("start", "weld"), place
     return seams
+
+
+def seam_names(starts: Sequence[MotionStatement]) -> list[str]:
+    """A name for each seam, all different: its routine, with the line where that holds several, as in ``rSeam:46``.
+
+    Where routines of two modules have one name, that of the module stands before it; of two seams that begin on one
+    line, the column stands behind it.
+
+    Args:
+        starts: first statement of each seam.
+    """
+    modules = grouped((s.routine, s.module) for s in starts)
+    names = [f"{s.module}." * (len({*modules[s.routine]}) > 1) + s.routine for s in starts]
+    for part in (0, 1):  # line, then column
+        often = Counter(names)
+        places = (s.source.position(s.span[0])[part] for s in starts)
+        names = [f"{name}:{at}" if often[name] > 1 else name for name, at in zip(names, places, strict=True)]
+    return names
 
 
 def seam_mates(lost: Mapping[StatementKey, str], statements: Iterable[MotionStatement]) -> dict[StatementKey, str]:

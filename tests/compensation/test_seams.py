@@ -9,7 +9,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from postproc.compensation.correction.deviation import in_seam_axes
+from postproc.compensation.seams import seam_names, seams_of
 from postproc.diagnostics import Source
+from postproc.rapid.program.program import read_program
 from postproc.results.convert.conversion import conversion_document
 from tests.build import codes, convert, module, target
 from tests.compensation.build import PROCESS, small
@@ -41,6 +43,16 @@ def test_a_seam_ends_with_its_routine() -> None:
     )
     conversion = convert(small("MoveJ a,v300,fine,tT; one; two;", "a 1300 -500, g 1350 -430", more=more))
     assert [weld["name"] for weld in conversion.report["welds"]] == ["one", "two"]
+
+
+def test_each_seam_has_a_name_of_its_own() -> None:
+    """A routine with one seam names it; else lines, the columns of those on one line, and modules of equal routines do."""
+    weld = f"ArcLStart p,{PROCESS},fine,tT; ArcLEnd p,{PROCESS},fine,tT;"
+    one = f"MODULE A\nPROC rOne()\n{weld}\nENDPROC\nPROC rSome()\n{weld}\n{weld} {weld}\nENDPROC\nENDMODULE"
+    two = f"MODULE B\nLOCAL PROC rSome()\n{weld}\nENDPROC\nENDMODULE"
+    read = read_program([Source("a.mod", one.encode()), Source("b.mod", two.encode())])
+    names = seam_names([seam[0] for seam in seams_of(read.statements)])
+    assert names == ["rOne", "A.rSome:6", "A.rSome:7:1", f"A.rSome:7:{len(weld) + 2}", "B.rSome"]
 
 
 def test_a_seam_of_a_loop_says_how_often_it_runs_and_a_start_alone_is_none() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from postproc.compensation.correction.curve import BEFORE_TARGET
 from postproc.compensation.correction.deviation import Deviation
 from postproc.compensation.judgement.figures import at_work, finding, in_transition
 from postproc.compensation.plan import CorrectionPlan
-from postproc.compensation.seams import seams_of
+from postproc.compensation.seams import seam_names, seams_of
 from postproc.compensation.text.values import StatementOutcome
 from postproc.diagnostics import Diagnostic
 from postproc.grouping import grouped
@@ -40,7 +40,7 @@ class Seam:
     """Consecutive weld statements of one routine, from the start of the arc to its end.
 
     Args:
-        name: of its routine.
+        name: of its routine, and its line where that holds several (`seam_names`).
         outcomes: of its statements, in the order of the text.
         length_mm: of the way while the arc burns, in one run; runs: how often it runs.
         before_mm, after_mm: largest deviation there, along the seam, sideways, along the stick-out, and of the latter
@@ -95,8 +95,9 @@ def find_seams(
         group = tuple(by_key[key] for key in keys)
         if length == 0.0 and all(o.status != "skipped" for o in group):  # the arc goes nowhere
             continue
-        seams.append(Seam(statements[0].routine, group, 1e3 * length, runs, was, stays, kept, count))
-    return seams
+        seams.append(Seam("", group, 1e3 * length, runs, was, stays, kept, count))
+    names = seam_names([seam.outcomes[0].statement for seam in seams])
+    return [replace(seam, name=name) for seam, name in zip(seams, names, strict=True)]
 
 
 def _by_move(deviation: Deviation, rows: Flags, goals: Flags) -> Array:
