@@ -78,7 +78,9 @@ class FileDiff:
     Args:
         path: below both folders, with ``/``.
         status: ``added`` stands in the second folder alone, ``removed`` in the first; ``unreadable`` has other bytes
-            and is no program that can be read, which ``reason`` explains.
+            and is no program that can be read.
+        reason: why files of both folders were not compared by meaning: the same bytes, no module, or not to be read;
+            None where they were.
         difference: what differs, empty where no programs were compared.
     """
 
@@ -86,3 +88,8 @@ class FileDiff:
     status: Literal["equal", "changed", "added", "removed", "unreadable"]
     reason: str | None = None
     difference: ProgramDiff = ProgramDiff(())
+
+    @property
+    def compared(self) -> bool:
+        """Whether two programs were compared by meaning."""
+        return self.reason is None and self.status in ("equal", "changed")

@@ -17,7 +17,7 @@ def compare_files(path: str, one: Source, two: Source, near: tuple[float, float]
         path: of both, for the result; its ending says whether they are modules. near: tolerances [mm], [deg].
     """
     if one.data == two.data:
-        return FileDiff(path, "equal")
+        return FileDiff(path, "equal", "the same bytes")
     if Path(path).suffix.lower() not in ENDINGS:
         return FileDiff(path, "changed", "other bytes")
     try:

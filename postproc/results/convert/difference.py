@@ -17,6 +17,7 @@ AMOUNT_COLUMNS = ("dx [mm]", "dy [mm]", "dz [mm]", "distance [mm]", "angle [deg]
 FILES = ("file", "result", "changed", "added", "removed", "compared", "distance [mm]", "angle [deg]", "note")
 LONGEST_NAME = 24  # letters of a name that leave room for the amounts beside it
 FEW_DIFFERENCES = 3  # differences of a file that a terminal prints where not all are asked for
+WITHIN = "other bytes, within the tolerance"
 NOTE = "Targets in the axes of their work object, from the first program to the second; beyond the tolerance."
 IN_BOTH = "Files by their path in both folders; added stands in the second alone, removed in the first."
 
@@ -77,9 +78,11 @@ def folders_document(first: str, second: str, files: Sequence[FileDiff], near: t
     rows: list[Sequence[object]] = []
     brief: list[int] = []
     for f in order:
+        counted = [*f.difference.counts.values(), f.difference.compared]
         largest = (f.difference.max_distance_mm, f.difference.max_angle_deg)
         amounts = [round(x, 4) if f.difference.compared else None for x in largest]
-        overview.append([f.path, f.status, *f.difference.counts.values(), f.difference.compared, *amounts, f.reason])
+        note = WITHIN if f.compared and f.status == "equal" else f.reason
+        overview.append([f.path, f.status, *(counted if f.compared else [None] * 4), *amounts, note])
         differences = [(f.path, *_row(d)) for d in difference_rows(f.difference)]
         brief += range(len(rows), len(rows) + len(differences[:FEW_DIFFERENCES]))
         rows += differences
@@ -96,7 +99,7 @@ def folders_document(first: str, second: str, files: Sequence[FileDiff], near: t
             "counts": counts,
             "files": [_file_values(f) for f in files],
         },
-        sentence=f"Of {len(files)} files: {_counted(different)}.",
+        sentence=f"Of {len(files)} file{'s' * (len(files) != 1)}: {_counted(different)}{_within(files)}.",
         figures=[
             Figure("largest distance", max((f.difference.max_distance_mm for f in files), default=0.0)),
             Figure("files that differ", len(files) - counts["equal"]),
@@ -151,6 +154,13 @@ def statements_text(difference: ProgramDiff) -> str:
 def _tolerance(mm: float, deg: float) -> str:
     """Return the sentence that states the tolerances."""
     return f"Tolerance {mm:g} mm and {deg:g} deg."
+
+
+def _within(files: Sequence[FileDiff]) -> str:
+    """Return a clause on files that are equal by meaning alone, empty without any: a check by bytes is red of them."""
+    count = sum(f.compared and f.status == "equal" for f in files)
+    have = "1 other file has" if count == 1 else f"{count} other files have"
+    return f"; {have} {WITHIN}" if count else ""
 
 
 def _counted(counts: Mapping[str, int]) -> str:
