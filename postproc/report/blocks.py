@@ -22,7 +22,8 @@ class Figure:
     """A figure that stands large on a page; a terminal leaves out what the sentence of the document says already.
 
     Args:
-        value: floats are shown with ``decimals``, None is not. kind: ``before`` or ``after``, which have colours.
+        value: floats are shown with ``decimals``, None is not. kind: ``before`` or ``after``, which have colours;
+            ``beyond`` stands out where the document is an error.
     """
 
     label: str

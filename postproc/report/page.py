@@ -48,6 +48,7 @@ def render_page(document: Document) -> str:
         "page.html.j2",
         title=document.title,
         headline=prose(headline),
+        lost=document.tone == "error",
         figures=Markup("" if document.table is None else table(document.table)),
         more=prose(" ".join(details)),
         basis=prose(document.basis),

@@ -102,7 +102,7 @@ function seamTable(host, path, seams) {
     { title: "seam", value: (s) => s.name }, { title: "lines", value: (s) => s.line_from, shown: (s) => `${s.line_from} to ${s.line_to}` },
     ...several("runs", "runs", 1), length("length", "length_mm", 0), length("before", "before_mm"), length("after", "after_mm"),
     length("sideways", "sideways_after_mm"), length("stick-out", "stick_out_after_mm"), length("along", "along_after_mm"),
-    { title: "in the model", value: (s) => (s.after_mm === null ? "not known" : s.kept ? "kept" : "exceeded"), mark: (s, text) => element("span", { class: text === "exceeded" ? "bad" : "good" }, text) },
+    { title: "in the model", value: (s) => (s.after_mm === null ? "not known" : s.kept ? "kept" : "exceeded"), mark: (s, text) => element("span", { class: text === "kept" && !s.left ? "good" : "bad" }, text) },
     ...several("targets added", "added_targets", 0), ...several("statements left", "left", 0),
   ], seams, { label: "seams", pick: (s) => path.seam.set(s) });
 }

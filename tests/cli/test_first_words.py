@@ -101,7 +101,7 @@ def test_a_weld_that_is_left_is_said_first_in_all_that_is_written(call_as_writte
     assert LEFT in made.err
     header = [line.strip() for line in out.read_text("latin-1").splitlines()]
     assert header[2] == f"! {LEFT}"
-    assert re.search(rf"<h1[^>]*>{re.escape(LEFT)}</h1>", page.read_text("utf-8"))
+    assert re.search(rf'<header class="lost">\s*<h1[^>]*>{re.escape(LEFT)}</h1>', page.read_text("utf-8"))
     assert f"The tolerance is not kept. {LEFT}" in words_of(certificate)
     shown = call_as_written("batch", program.parent, *arm, "-o", tmp_path / "tree", "--require", "model").err
     assert f"left.mod: {LEFT[0].lower()}{LEFT[1:-1]}; on the arm " in shown

@@ -112,7 +112,7 @@ def folders_page() -> str:
         shift_mm=(0.1, -0.2, 0.4), speed_mm_s=(8.0, 7.0),
     )  # fmt: skip
     files = [
-        FileDiff("a.mod", "equal"),
+        FileDiff("a.mod", "equal", "the same bytes"),
         FileDiff("gone.mod", "removed"),
         FileDiff(f"RAPID/{LONG_NAME}.mod", "changed", None, ProgramDiff((difference,) * 250, 300, 0.5, 0.02)),
     ]

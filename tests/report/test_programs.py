@@ -100,7 +100,14 @@ def rejudged(conversion: Conversion, **others: Any) -> Conversion:
 @pytest.mark.parametrize(("others", "sentences"), SENTENCES)
 def test_the_sentences_say_what_is_kept_and_what_is_in_no_figure(others: dict[str, Any], sentences: list[str]) -> None:
     known = {"seams": (), "figures": PathFigures((PLACE,)), "scatter": None, **others}
-    lines = conversion_document("a.mod", rejudged(seam_under_force(), **known)).sentence.split("\n")
+    document = conversion_document("a.mod", rejudged(seam_under_force(), **known))
+    lines, kinds = document.sentence.split("\n"), [figure.kind for figure in document.figures]
+    assert kinds == ["", "before", "beyond" if "0.060 mm remain" in lines[0] else "after"]
+    assert (
+        ('<header class="lost">' in render_page(document))
+        == (document.tone == "error")
+        == ("in the model;" not in lines[0])
+    )
     unfitted = (
         "The model was not fitted to measurements of this arm: how near the torch comes is not known (`postproc fit`)."
     )
@@ -306,7 +313,7 @@ def test_the_page_of_two_folders_puts_files_that_differ_first() -> None:
     assert [row[:3] for row in tables(page)["files"]["rows"]] == [
         [f"RAPID/{LONG_NAME}.mod", "changed", 250],
         ["gone.mod", "removed", None],
-        ["a.mod", "equal", 0],
+        ["a.mod", "equal", None],
     ]
     assert sum(len(file["differences"]) for file in carried(page)["files"]) == 250
     assert figures(page)["files that differ"] == "2" and "data-differences" in page and "vendor" not in page

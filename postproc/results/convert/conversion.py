@@ -218,11 +218,13 @@ def _figures(values: Values) -> list[Figure]:
     figure, digits = main_figure(values), decimals(values)
     if figure is None:
         return []
-    where = CLAUSES[figure["place"]]
+    where, expected, after = CLAUSES[figure["place"]], figure["expected_on_arm_mm"], figure["after_mm"]
+    limit = float("inf") if figure["tolerance_mm"] is None else figure["tolerance_mm"]
+    beyond = "beyond" if after > limit else ""
     return [
-        Figure(f"expected on the arm, {where}", on_arm_text(figure["expected_on_arm_mm"], digits)),
+        Figure(f"expected on the arm, {where}", on_arm_text(expected, digits), "" if expected is None else beyond),
         Figure(f"before, {where}", figure["before_mm"], "before", decimals=digits),
-        Figure(f"after in the model, {where}", figure["after_mm"], "after", decimals=digits),
+        Figure(f"after in the model, {where}", after, beyond or "after", decimals=digits),
     ]
 
 
