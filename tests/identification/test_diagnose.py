@@ -105,7 +105,7 @@ def balancer(g, arm):
     ids=["housing", "elbow of a small arm", "wrist and motor", "two lines", "balancer"],
 )
 def test_what_is_missing_is_named_and_the_error_falls_below_the_noise(hidden, robot, named, terms):
-    data, true = cell(*hidden, seed=408006, poses=110, robot=robot)
+    data, true = cell(*hidden, seed=408006, poses=80, robot=robot)
     found = diagnose(base_fit(data, robot).model, data)
     assert found.verdict == "missing" and {m.key for m in found.missing} == named
     assert true_error(found.final, true) < 0.6 * NOISE
@@ -145,7 +145,7 @@ def test_one_bad_reading_is_no_law():
 
 
 def test_channels_in_another_order_win_nothing():
-    data, _ = cell(kinds.frame_drift, seed=241, poses=50)
+    data, _ = cell(kinds.frame_drift, seed=241, poses=35)
     order = np.random.default_rng(1).permutation(len(data))
     names = ("time", "temperature", "approach")
     state = data.state.with_(**{name: getattr(data.state, name)[order] for name in names})
@@ -193,7 +193,7 @@ def test_few_poses_tell_nothing():
 
 
 def test_a_law_outside_the_library_is_unknown_with_its_channel_and_its_error():
-    found = hidden_found(strange.angle_step, seed=401)
+    found = hidden_found(strange.angle_step, seed=401, poses=80)
     first = found.remaining[0]
     assert found.verdict == "unknown" and first.where == f"joint {first.channel[1]}"
     assert found.regions is not None and not found.misleading
@@ -247,7 +247,7 @@ def bent(at, values):
 
 
 def test_a_map_is_told_as_the_curve_that_it_is_and_as_no_cause():
-    data, _ = cell(turned(2, lambda s: wavy(s.q[:, 2])), kinds.backlash, seed=975, poses=120)
+    data, _ = cell(turned(2, lambda s: wavy(s.q[:, 2])), kinds.backlash, seed=975, poses=90)
     found = diagnose(base_fit(data).model, data)
     assert {m.key for m in found.missing} == {"backlash", "joint_error_map"}
     assert "; a smooth correction, not a cause)" in headline(found) and "joint 3 along q3: " in text_of(found)

@@ -186,17 +186,25 @@ class CurveForms:
                 yield values[:, columns] * one.values.astype(np.float32)[:, None], of_columns
         if len(pattern.factors) == 1 and pattern.factors[0][0].gate:
             [(curve, signal)] = pattern.factors
-            some = [b for b in self.sizes.blocks if not set(pattern.channels).intersection(b.like.channels)]
-            for side in range(3 if len(curve.gate) > 1 else 1) if some else ():
-                gate = Block(replace(pattern, factors=((switching(curve, side), signal),)), np.array([pattern.numbers]))
-                group = Group(product_of(b, gate, pattern.kind, pattern.where) for b in some)
-                yield group.values, group.__getitem__
+            sizes = self.sizes
+            apart = [set(pattern.channels).isdisjoint(b.like.channels) for b in sizes.blocks]
+            columns = np.flatnonzero(np.repeat(apart, [len(b) for b in sizes.blocks]))
+            for side in range(3 if len(curve.gate) > 1 else 1) if len(columns) else ():
+                gate = replace(pattern, factors=((switching(curve, side), signal),))
+                yield sizes.values[:, columns] * gate.raw.astype(np.float32)[:, None], partial(_gated, gate, sizes, columns)
 
 
 def _switched(one: CurveForm, switches: Group, columns: NDArray[np.intp], k: int) -> CurveForm:
     """Return the product of a curve with a switch, the k-th of some, which says where another channel lets it act."""
     switch = switches[int(columns[k])]
     return replace(one, factors=one.factors + switch.factors, numbers=one.numbers + switch.numbers, level=0)
+
+
+def _gated(gate: CurveForm, sizes: Group, columns: NDArray[np.intp], k: int) -> CurveForm:
+    """Return the product of what is proportional to a channel, the k-th of some, with a gate."""
+    size = sizes[int(columns[k])]
+    factors, numbers = size.factors + gate.factors, size.numbers + gate.numbers
+    return replace(size, factors=factors, numbers=numbers, kind=gate.kind, where=gate.where)
 
 
 def _factors(pattern: CurveForm) -> Iterator[tuple[CurveForm, str]]:

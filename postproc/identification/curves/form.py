@@ -375,6 +375,7 @@ def acting(some: Block) -> Block:
     if curve.switch is None or not len(some):
         return some
     plain = curve.switch[0]
-    on = Group([block(plain, signal, some.numbers[:, some.numbers.shape[1] - len(plain.numbers) :])]).values > 0.5
-    few = max(FEW, FEW_SHARE * len(on))
-    return replace(some, numbers=some.numbers[np.minimum(on.sum(axis=0), (~on).sum(axis=0)) >= few])
+    gate = block(plain, signal, some.numbers[:, some.numbers.shape[1] - len(plain.numbers) :]).raw
+    on = np.count_nonzero(2 * gate > gate.max(axis=1, keepdims=True), axis=1)
+    few = max(FEW, FEW_SHARE * gate.shape[1])
+    return replace(some, numbers=some.numbers[np.minimum(on, gate.shape[1] - on) >= few])
