@@ -89,7 +89,7 @@ def test_gravity_tells_nothing_of_joint_1_and_a_pull_does() -> None:
 def test_a_perfect_fit_is_no_worse_than_the_shipped_model_and_its_intervals_hold() -> None:
     """What is asked of a fit can be had: the posterior mean of the same tables."""
     ratios, held = [], []
-    for index in (0, 1, 2, 6, 7, 8, 12, 13, 14, 18, 19, 20):
+    for index in (0, 1, 6, 8, 13, 20):
         one = draw(index)
         true = one.true_change()
         error, share = had(one, one.best, true)

@@ -12,9 +12,10 @@ from postproc.estimation.solving.settle import settled
 from postproc.identification.add import add_effects, grown
 from postproc.identification.compare import compare
 from postproc.identification.diagnose import diagnose
+from postproc.identification.planning import promise
 from postproc.identification.planning.design import Room
 from postproc.identification.planning.plan import plan_poses
-from postproc.identification.planning.promise import BETWEEN_ROWS, FEWER, Promise, drawn, simulated
+from postproc.identification.planning.promise import BETWEEN_ROWS, Promise, drawn, simulated
 from postproc.model.equilibrium import predict
 from postproc.results.improve.plan import plan_sentence
 from tests.build import refused
@@ -43,7 +44,8 @@ def test_poses_are_where_they_may_be_and_the_reflector_looks_at_the_instrument()
     assert "poses are where they may be" in found.message
 
 
-def test_diagnose_and_plan_tell_apart_by_one_criterion():
+def test_diagnose_and_plan_tell_apart_by_one_criterion(monkeypatch):
+    monkeypatch.setattr(promise, "TABLES", 6)
     data, _ = cell(kinds.payload_error, seed=965, poses=60)
     base = base_fit(data)
     (missing,) = diagnose(base.model, data).missing
@@ -53,11 +55,12 @@ def test_diagnose_and_plan_tell_apart_by_one_criterion():
     assert not plan.resolved and "apart already" not in plan_sentence(plan)
 
 
-def test_what_linear_springs_cannot_tell_is_not_promised_and_nothing_is_advised_for_it():
+def test_what_linear_springs_cannot_tell_is_not_promised_and_nothing_is_advised_for_it(monkeypatch):
     """A balancer turns joint 2 through a linear spring: as a gear line of order 1 does, whatever the payload."""
+    monkeypatch.setattr(promise, "FEWER", 4)
     data, _ = cell(kinds.gravity_compensator, seed=966, poses=40)
     plan = plan_poses(base_fit(data).model, data, 6, ("gravity_compensator", "transmission_error"))
-    assert plan.promise == Promise(FEWER, 0) and not plan.resolved
+    assert plan.promise == Promise(4, 0) and not plan.resolved
     assert plan.alternatives and not any(other.promise.enough for other in plan.alternatives)
     assert plan_sentence(plan).endswith("nothing that was simulated tells them apart.")
 
