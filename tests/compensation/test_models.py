@@ -169,7 +169,7 @@ def test_arms_of_the_type_weld_as_near_as_expected() -> None:
     factor, spread = np.array([4, 3, 2.5, 2.5, 3.5, 2.5]), np.array([1.0, 1.5, 1.7, 1.6, 1.8, 2.3, 4.0])
     low, high = conversion.report["expected_on_arm_mm"]
     inside = []
-    for _ in range(60):
+    for _ in range(40):
         heavy = replace(real, mass=real.mass * spread ** g.normal(size=7))
         springs = joint_springs(usual * factor ** (g.normal(size=6) / 1.96))
         report = check(text, written(conversion), heavy, np.array(FORCE), displace=springs, step=0.05)

@@ -82,7 +82,7 @@ def diagnosed(kind: str, seed: int = 0, joints: int = 6) -> Diagnosis:
 
 @pytest.mark.parametrize(
     ("kind", "seed", "joints"),
-    [("nothing", 0, 6), ("servo_lag", 0, 6), ("backlash", 0, 6), ("transmission_error", 1, 6), ("backlash", 3, 3)],
+    [("nothing", 0, 6), ("servo_lag", 0, 6), ("transmission_error", 1, 6), ("backlash", 3, 3)],
 )
 def test_what_encoders_show_is_named_also_by_three_of_them(kind, seed, joints):
     found = diagnosed(kind, seed, joints)

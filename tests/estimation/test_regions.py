@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from postproc import text as text_of
 from postproc.effects.registry import effect_library
 from postproc.estimation.held_out import OPEN, without_block
 from postproc.estimation.least_squares import fit_model
@@ -20,7 +22,8 @@ from postproc.measure.errors import rms
 from postproc.measure.measurements import Measurements
 from postproc.model.uncertainty.field import Field
 from postproc.model.uncertainty.prediction import predict_sigma
-from tests.identification.cells import base_fit, cell
+from postproc.results.improve.diagnosis import diagnosis_values
+from tests.identification.cells import base_fit, cell, hidden_found
 from tests.independent import library_effects as kinds
 from tests.independent import unknown_effects as strange
 
@@ -139,11 +142,25 @@ def test_a_law_that_is_true_is_sure_everywhere():
     assert "local" not in added.model.fit
 
 
+def test_a_law_outside_the_library_is_unknown_with_its_channel_and_its_error():
+    found = hidden_found(strange.angle_step, seed=401, poses=80)
+    first = found.remaining[0]
+    assert found.verdict == "unknown" and first.where == f"joint {first.channel[1]}"
+    assert found.regions is not None and not found.misleading
+    before, after = (rms(error) for error in (found.regions.before, found.regions.after))
+    assert 0.8 * found.floor < after < 2 * found.floor < 0.7 * before
+    values = diagnosis_values(found)
+    assert 1e3 * after == pytest.approx(values["rms_mm_unnamed"], abs=1e-5)
+    assert 1e3 * before == pytest.approx(values["rms_mm_unnamed_before"], abs=1e-5)
+    table = text_of(found).split("The error on rows that the fit has not seen")[1].splitlines()
+    assert re.match(rf" *\+ what was found, without a name +{1e3 * after:.3f}", table[2])
+    assert "in parts of the joint space left out, searched anew; without it" in table[2]
+
+
 def test_a_curve_is_searched_anew_without_each_part(monkeypatch):
     """The error of a curve is that of parts that its choice has not seen, not that of all rows."""
-    data, _ = cell(strange.angle_step, seed=401)
-    base = base_fit(data)
-    fit = add_effects(base.model, data, ["curve"]).fit
+    fit = hidden_found(strange.angle_step, seed=401, poses=80).model
+    data, base = fit.data, base_fit(cell(strange.angle_step, seed=401, poses=80)[0])
     assert fit.regions is not None and fit.unseen_rms == rms(fit.regions.after) < 0.5 * rms(fit.regions.before)
     assert 0.8 * NOISE < fit.unseen_rms < 1.5 * NOISE
     seen = []

@@ -97,7 +97,7 @@ def test_the_share_that_remains_falls_by_readings() -> None:
     assert after[1] < 0.5 * before[1]
 
 
-@pytest.mark.parametrize("kind", ["tip", "plane", "distance+b", "between"])
+@pytest.mark.parametrize("kind", ["tip", "distance+b", "between"])
 def test_a_table_tells_what_a_refit_of_the_true_law_would(kind: str) -> None:
     s = an_arm()
     rows, asked = table(kind, s, SEED), unseen_rows(s, SEED)

@@ -28,7 +28,7 @@ from tests.independent.cells import STEPS, Hidden, States, base_slope, draw_cell
 @pytest.mark.parametrize("repeats", [True, False])
 def test_intervals_hold_the_truth(repeats):
     inside, known = [], []
-    for i in range(12):
+    for i in range(9):
         terms = {"seed": 5100 + i, "robot": ARMS[i % 3], "poses": 60, "noise": (0.012, 0.03, 0.06)[i // 3 % 3]}
         data, true = cell(**terms)
         fit = base_fit(data if repeats else single(data), terms["robot"])

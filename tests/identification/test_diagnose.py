@@ -32,7 +32,6 @@ from postproc.identification.joint_curves import curves
 from postproc.identification.planning import promise
 from postproc.identification.planning.plan import plan_poses
 from postproc.identification.predict import PREDICTION_HEADER, predict_rows
-from postproc.measure.errors import rms
 from postproc.results.improve.addition import addition_values
 from postproc.results.improve.comparison import comparison_values
 from postproc.results.improve.diagnosis import diagnosis_values
@@ -42,7 +41,6 @@ from tests.bench.coverage import single
 from tests.bench.diagnosis import judge, sets
 from tests.identification.cells import base_fit, cell, hidden_found, true_error
 from tests.independent import library_effects as kinds
-from tests.independent import unknown_effects as strange
 from tests.independent.arm import Wrenches
 from tests.independent.cells import Hidden, column
 
@@ -192,21 +190,6 @@ def test_few_poses_tell_nothing():
     text = text_of(diagnose(base_fit(few).model, few))
     assert text.startswith("Too few poses to tell: 27 measured numbers for 17 parameters.")
     assert "measure 8 more poses at least" in text.splitlines()[0]
-
-
-def test_a_law_outside_the_library_is_unknown_with_its_channel_and_its_error():
-    found = hidden_found(strange.angle_step, seed=401, poses=80)
-    first = found.remaining[0]
-    assert found.verdict == "unknown" and first.where == f"joint {first.channel[1]}"
-    assert found.regions is not None and not found.misleading
-    before, after = (rms(error) for error in (found.regions.before, found.regions.after))
-    assert 0.8 * found.floor < after < 2 * found.floor < 0.7 * before
-    values = diagnosis_values(found)
-    assert 1e3 * after == pytest.approx(values["rms_mm_unnamed"], abs=1e-5)
-    assert 1e3 * before == pytest.approx(values["rms_mm_unnamed_before"], abs=1e-5)
-    table = text_of(found).split("The error on rows that the fit has not seen")[1].splitlines()
-    assert re.match(rf" *\+ what was found, without a name +{1e3 * after:.3f}", table[2])
-    assert "in parts of the joint space left out, searched anew; without it" in table[2]
 
 
 def test_json_keeps_its_contract_and_text_speaks_first():

@@ -226,7 +226,7 @@ def off(job: S.Job, real: S.Real, model: Model | None) -> float:
     return float(np.sqrt(np.mean(np.sum(rigid_part(place, shifts) ** 2, axis=1))))
 
 
-@pytest.mark.parametrize(("zero", "objects"), [(0.0, 1), (5e-4, 1), (5e-4, 3)])
+@pytest.mark.parametrize(("zero", "objects"), [(0.0, 1), (5e-4, 3)])
 def test_thirty_touch_ups_take_away_half_of_what_the_arm_is_off_anywhere(zero: float, objects: int) -> None:
     """On three arms with springs off by 0.4 to 2.5, without and with joint zeros that are off, judged on other targets."""
     library, before, after = effect_library(), [], []
