@@ -79,7 +79,7 @@ def align(
         equations = np.vstack([(design * root[:, :, None]).reshape(-1, 15), near])
         solution, *_ = np.linalg.lstsq(equations, np.append(p0 * root, np.zeros(3)), rcond=1e-9)
         error = np.linalg.norm(design @ solution - p0, axis=1)
-        weight = _weights(error)
+        weight = huber_weights(error)
     A = solution[:9].reshape(3, 3) / spread
     U, singular, Vt = np.linalg.svd(A)
     mirrored = bool(np.linalg.det(A) < 0)
@@ -160,7 +160,7 @@ def _refine(R: Array, p: Array, y: Array, rotation: Array, tool: Array) -> Align
         base = (p + R @ tool) @ rotation.T
         residual = y - base - shift
         error = np.linalg.norm(residual, axis=1)
-        weight = _weights(error)
+        weight = huber_weights(error)
         design = np.concatenate([np.broadcast_to(np.eye(3), (n, 3, 3)), -skew(base), rotation @ R], axis=2)
         root = np.sqrt(weight)[:, None]
         equations = np.vstack([(design * root[:, :, None]).reshape(-1, 9), np.eye(3, 9, 6) * LOOSE_FIT])
@@ -174,7 +174,7 @@ def _refine(R: Array, p: Array, y: Array, rotation: Array, tool: Array) -> Align
     return Alignment(transform(shift, rotation), tool, 1.0, False, residual, typical)
 
 
-def _weights(error: Array) -> Array:
+def huber_weights(error: Array) -> Array:
     """Return (n,) Huber weights of errors, limited at twice their median."""
     limit = max(2.0 * float(np.median(error)), 1e-12)
     return np.minimum(1.0, limit / np.maximum(error, 1e-300))

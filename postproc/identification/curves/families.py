@@ -191,7 +191,10 @@ class CurveForms:
             columns = np.flatnonzero(np.repeat(apart, [len(b) for b in sizes.blocks]))
             for side in range(3 if len(curve.gate) > 1 else 1) if len(columns) else ():
                 gate = replace(pattern, factors=((switching(curve, side), signal),))
-                yield sizes.values[:, columns] * gate.raw.astype(np.float32)[:, None], partial(_gated, gate, sizes, columns)
+                yield (
+                    sizes.values[:, columns] * gate.raw.astype(np.float32)[:, None],
+                    partial(_gated, gate, sizes, columns),
+                )
 
 
 def _switched(one: CurveForm, switches: Group, columns: NDArray[np.intp], k: int) -> CurveForm:

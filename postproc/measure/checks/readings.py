@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.diagnostics import PostprocError
-from postproc.measure.alignment import SAME_SCALE, Alignment, align
+from postproc.measure.alignment import SAME_SCALE, Alignment, align, huber_weights
 from postproc.measure.read.values import UNITS
 from postproc.robot.arm import Robot
 from postproc.robot.catalogue import list_robots, load_robot
-from postproc.robot.kinematics import forward
+from postproc.robot.kinematics import forward, jacobian, skew
+from postproc.robot.pose import transform
 
 SUSPICIOUS_M = 0.010
 """No arm with its zeros set misses its nominal kinematics by more than this in the median row."""
@@ -64,6 +65,21 @@ class PlacedArm:
         """Return (n, 4, 4) nominal flange poses [m] of joint angles (n, 6) [rad] in the frame of the points."""
         T = forward(self.robot, q)
         return T if self.T_reference_base is None else self.T_reference_base @ T
+
+    def moves(self, q: Array, at: Alignment) -> Array:
+        """Return (3 n, 15) derivatives of aligned points [m] by joint angles, instrument frame and measured point.
+
+        Args:
+            q: (n, 6) joint angles [rad]; at: the alignment, scale 1.
+        """
+        T = at.T_instrument_base @ self.flange(q)
+        arms = T[:, :3, :3] @ at.tool
+        R = at.T_instrument_base[:3, :3] @ (
+            np.eye(3) if self.T_reference_base is None else self.T_reference_base[:, :3, :3]
+        )
+        by_joint = R @ jacobian(self.robot, q, transform(at.tool))[:, :3]
+        frame = np.broadcast_to(np.eye(3), by_joint[:, :, :3].shape), -skew(T[:, :3, 3] + arms)
+        return np.concatenate([by_joint, *frame, T[:, :3, :3]], axis=2).reshape(-1, 15)
 
     def rows(self, index: Any) -> PlacedArm:
         """Return the arm at some of the rows, by a mask or by indices."""
@@ -193,12 +209,34 @@ def zero_errors(arm: PlacedArm, q: Array, position: Array) -> tuple[Array, float
     """
     from scipy.optimize import least_squares
 
+    known: dict[bytes, Alignment] = {}
+
+    def aligned(offset: Array) -> Alignment:
+        """Return the alignment with joint zeros moved; the last one is kept."""
+        at = offset.tobytes()
+        if at not in known:
+            known.clear()
+            known[at] = align_arm(arm, q + offset, position)
+        return known[at]
+
     def error(offset: Array) -> Array:
         """Return the residuals (3 n,) [m] with joint zeros moved, and those (6,) of the offsets themselves."""
-        residual = align_arm(arm, q + offset, position).residual  # NaN where the points have another scale
+        residual = aligned(offset).residual  # NaN where the points have another scale
         return np.append(np.nan_to_num(residual, nan=NOWHERE_M), STAY * offset)
 
-    best = least_squares(error, np.zeros(6), loss="soft_l1", f_scale=1e-3, max_nfev=100)
+    def slope(offset: Array) -> Array:
+        """Return the derivative of `error`: what instrument and tool do not take up of the motion by the joints."""
+        at = aligned(offset)
+        by_joint = np.zeros((3 * len(q), 6))
+        if np.isfinite(at.typical):
+            moves = arm.moves(q + offset, at)
+            weight = np.where(near(position), huber_weights(np.linalg.norm(at.residual, axis=1)), 0.0)
+            root = np.repeat(np.sqrt(weight), 3)[:, None]
+            taken = np.linalg.lstsq(root * moves[:, 6:], root * moves[:, :6], rcond=1e-10)[0]
+            by_joint = moves[:, 6:] @ taken - moves[:, :6]
+        return np.vstack([by_joint, STAY * np.eye(6)])
+
+    best = least_squares(error, np.zeros(6), slope, loss="soft_l1", f_scale=1e-3, max_nfev=100)
     return np.asarray(best.x), align_arm(arm, q + best.x, position).typical if best.success else np.inf
 
 
