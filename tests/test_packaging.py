@@ -114,6 +114,10 @@ PLACES = ("--programs", "my programs", "--approved", "ok")
         (("check", *PLACES), 0, f"`{PROGRAM}` is as approved\nall 1 are as approved\n"),
         (("check", *PLACES, "--verbose"), 0, "arm `irb4600"),
         (("check", *PLACES, "--force", "100,0,0", PROGRAM), 1, ""),
+        # What programs are corrected with counts for all of them; the value of an option is no file to look at.
+        (("check", *PLACES, "my programs/postproc.toml"), 0, f"`{PROGRAM}` is as approved\nall 1 are as approved\n"),
+        (("check", *PLACES, "--with", "none/user.sys", "none/user.sys"), 0, f"`{PROGRAM}` is as approved\nall 1 "),
+        (("read", "--alone", "my programs/postproc.toml"), 0, ""),
         (("read", PROGRAM), 0, ""),
         (("read", "--robot", "irb4600_60_205", "broken/broken.mod", PROGRAM), 1, ""),
         (("else", PROGRAM), 2, "``python -m postproc.cli.hooks``"),
@@ -166,12 +170,17 @@ def test_a_check_goes_on_where_an_output_has_no_program_and_writes_its_log(
 
 
 def test_hooks_are_declared_with_what_the_script_takes() -> None:
+    """Both for each program and for settings; the files of the template are those of its folder."""
     declared = yaml.safe_load((ROOT / ".pre-commit-hooks.yaml").read_text("utf-8"))
     assert all({"id", "name", "entry", "language", "files"} <= set(hook) for hook in declared)
     entry = "python -m postproc.cli.hooks"
     assert {hook["id"]: hook["entry"] for hook in declared} == {
         f"postproc-{w}": f"{entry} {w}" for w in ("check", "read")
     }
+    (template,) = yaml.safe_load((ROOT / "docs/template/.pre-commit-config.yaml").read_text("utf-8"))["repos"]
+    for hook in [*declared, *template["hooks"]]:
+        taken = [name for name in ("programs/a.mod", "programs/postproc.toml") if re.search(hook["files"], name)]
+        assert len(taken) == 2 and not re.search(hook["files"], "pyproject.toml"), hook["id"]
 
 
 @pytest.mark.parametrize(("command", "code"), [("check", 0), ("diff", 1)])

@@ -4,8 +4,9 @@
 
 ``check`` asks whether ``compensate`` would write what is approved, ``diff`` compares a program with the approved one by
 meaning, ``read`` inspects it. Without names it is every program below the folder, and every approved one must have its
-program. Other options go to the command. Exit code: the largest of all programs; 2 where there is none. What ``check``
-prints of a program that is as approved is one line, with ``--verbose`` all.
+program; also where a file is named that programs are corrected with: settings, a model, a system module. Other options
+go to the command. Exit code: the largest of all programs; 2 where there is none. What ``check`` prints of a program
+that is as approved is one line, with ``--verbose`` all.
 """
 
 from __future__ import annotations
@@ -14,23 +15,18 @@ import io
 import json
 import sys
 from argparse import SUPPRESS, ArgumentParser
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import nullcontext, redirect_stderr, redirect_stdout
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from postproc.cli.app import build
-from postproc.cli.check_verdict import verdict_lines
+from postproc.cli.hook_files import below, chosen
 from postproc.cli.output import check_outputs, write
 from postproc.cli.printing import print_stderr, say
 from postproc.cli.run import BAD_INPUT, EVERYTHING, FINDINGS, Outcome, guarded, run_command
 from postproc.diagnostics import Diagnostic, PostprocError, Source
-from postproc.rapid.program.program import ENDINGS
-from postproc.tasks.discover import IGNORED_FOLDERS
-
-MODULE_SUFFIXES = frozenset({".mod", ".prg", ".modx"})
-"""Endings of programs, which are looked for in a folder; system modules are lent to them."""
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -57,13 +53,10 @@ def _every(name: str, folders: dict[str, Path], words: list[str]) -> int:
         name: ``check``, ``diff`` or ``read``. folders: the options of this script, by name.
         words: options of the command, then programs; without these, all of the folder.
     """
-    first = max((i + 1 for i, word in enumerate(words) if Path(word).suffix.lower() not in ENDINGS), default=0)
-    options, programs = words[:first], [Path(word) for word in words[first:]]
-    gone = [] if programs else _without_program(folders)
-    programs = programs or _in_folder(folders)
+    options, programs, gone = chosen(words, folders)
     commands = [_command(name, program, folders) for program in programs]
     log = folders.get("--sarif") if name != "diff" else None
-    check_outputs([*programs, *_below(folders.get("--programs")), *_below(folders.get("--approved"))], log)
+    check_outputs([*programs, *below(folders.get("--programs")), *below(folders.get("--approved"))], log)
     form = [] if log is None else ["--format", "sarif"]
     calls = [partial(run_command, build(), [*command, *options, *form]) for command in commands]
     calls += [partial(guarded, partial(_refuse_output, path, folders["--programs"]), form) for path in gone]
@@ -85,9 +78,34 @@ def _every(name: str, folders: dict[str, Path], words: list[str]) -> int:
 
         write(log, json.dumps(merged(logs), indent=1) + "\n")
     if name == "check":
-        for line in verdict_lines(programs, outcomes[: len(programs)], len(gone)):
+        for line in _verdict_lines(programs, outcomes[: len(programs)], len(gone)):
             say(line)
     return max(outcome.code for outcome in outcomes)
+
+
+def _verdict_lines(programs: Sequence[Path], outcomes: Sequence[Outcome], gone: int) -> Iterator[str]:
+    """Yield what ``check`` says in the end: how many programs are not as approved, or lack something else.
+
+    Args:
+        outcomes: of the check of each program. gone: number of outputs without a program.
+    """
+    red = [(path.as_posix(), outcome) for path, outcome in zip(programs, outcomes, strict=True) if outcome.code]
+    changed = [name for name, outcome in red if outcome.changes]
+    lacking = [name for name, outcome in red if outcome.lacks]
+    failed = [name for name, outcome in red if not (outcome.changes or outcome.lacks)]
+    approve = "approve with `postproc batch`, or `compensate PROGRAM -o APPROVED`"
+    kinds = [
+        (changed, "not as approved", approve),
+        (lacking, "without what `--require` asks", "an approval does not cure that; the line of each says what does"),
+        (failed, "not converted", "their findings say why"),
+    ]
+    for names, what, cure in kinds:
+        if names:
+            yield f"{len(names)} of {len(programs)} programs are {what}: {', '.join(names)}; {cure}"
+    if gone:
+        yield f"{gone} approved output{'s have' if gone > 1 else ' has'} no program: take out what CLI016 names"
+    if not red and not gone:
+        yield f"all {len(programs)} are as approved"
 
 
 def _refuse_output(path: Path, folder: Path) -> None:
@@ -95,39 +113,6 @@ def _refuse_output(path: Path, folder: Path) -> None:
     help_ = "take the approved output out with its program"
     text = f"the program of `{path.as_posix()}` is not in `{folder.as_posix()}`"
     raise PostprocError([Diagnostic("CLI016", "error", text, Source(path.as_posix(), b""), help=help_)], FINDINGS)
-
-
-def _in_folder(folders: dict[str, Path]) -> list[Path]:
-    """Return all programs of the folder ``--programs``.
-
-    Args:
-        folders: the options of this script, by name.
-
-    Raises:
-        PostprocError: CLI016, there is none.
-    """
-    folder = folders.get("--programs")
-    if folder is None or not (programs := _below(folder)):
-        where = "no program is named" if folder is None else f"there is no program in `{folder}`"
-        raise PostprocError.of("CLI016", f"nothing is checked: {where}", help="name programs, or their folder")
-    return programs
-
-
-def _without_program(folders: dict[str, Path]) -> list[Path]:
-    """Return the approved outputs whose programs are not in the folder ``--programs``."""
-    folder, approved = folders.get("--programs"), folders.get("--approved")
-    if folder is None or approved is None:
-        return []
-    names = {path.relative_to(folder) for path in _below(folder)}
-    return [path for path in _below(approved) if path.relative_to(approved) not in names]
-
-
-def _below(folder: Path | None) -> list[Path]:
-    """Return the programs below a folder, sorted, without what a batch keeps for itself; none for None."""
-    if folder is None:
-        return []
-    every = (path for path in folder.rglob("*") if IGNORED_FOLDERS.isdisjoint(path.relative_to(folder).parts))
-    return sorted(path for path in every if path.suffix.lower() in MODULE_SUFFIXES and path.is_file())
 
 
 def _command(name: str, program: Path, folders: dict[str, Path]) -> list[str]:
