@@ -155,13 +155,15 @@ def shortage(fit: Fit) -> Shortage | None:
     """Return what is lacking where there are fewer than three measured numbers per parameter; else None.
 
     A fit then hides what is missing. The unknowns of set-ups are no parameters, and take as many numbers: of a gauge
-    every set-up of two readings has a zero of its own.
+    every set-up has a zero of its own. Readings of one state that are repeated are one number.
     """
     parameters = sum(not ((e := fit.model.effect(key)) and e.role is Role.SETUPS) for key, _ in fit.parameters)
-    if fit.freedom >= 2 * parameters:
-        return None
-    lacking = max(3 * parameters - (len(fit.problem.residual) - len(fit.parameters) + parameters), 1)
     state = fit.data.state
+    read = np.zeros(0, dtype=int) if fit.data.readings is None else fit.data.repeats[np.asarray(state.setup) >= 0]
+    again = len(read) - len(np.unique(read))
+    if fit.freedom - again >= 2 * parameters:
+        return None
+    lacking = max(3 * parameters - (len(fit.problem.residual) - again - len(fit.parameters) + parameters), 1)
     kinds = [kind_of(name) for name in state.setup_of_rows.tolist() if name]
     if not kinds:
         return Shortage(parameters, int(np.ceil(lacking / 3)))

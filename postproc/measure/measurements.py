@@ -245,14 +245,15 @@ class Measurements:
     def repeats(self) -> NDArray[np.int_]:
         """(n,) number of the group of repeats that each row belongs to.
 
-        Repeats have the same label, session, reflector, set-up, commanded joints and speeds, payload, stated side of
-        approach and external axes.
+        Repeats have the same label, session, reflector, set-up, commanded joints and speeds, payload, force, stated
+        side of approach and external axes.
         """
         stated = None if self.sides_from else self.state.approach
         keys: dict[tuple[object, ...], int] = {}
         parts = [np.round(self.state.q, 9)]
         state = self.state
-        for channel in (stated, state.reflector, state.setup, state.payload_mass, state.v, state.external_axes):
+        loads = state.payload_mass, state.wrench
+        for channel in (stated, state.reflector, state.setup, *loads, state.v, state.external_axes):
             if channel is not None:
                 parts.append(np.round(channel.reshape(len(self), -1 if len(self) else 1), 9))
         stacked = np.nan_to_num(np.hstack(parts), nan=-1e9)

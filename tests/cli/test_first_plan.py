@@ -36,10 +36,10 @@ def test_a_plan_is_a_table_a_program_and_a_sheet(kind: str, call: Call, tmp_path
     assert ("The 8 kg hang at the TCP, " if kind == "gauge" else "The 8 kg are bolted to the flange") in planned.err
     head, *rows = csv.reader(table.read_text("utf-8").splitlines())
     assert head[-len(HEAD[kind]) :] == HEAD[kind] and "payload_kg" in head
-    assert len(rows) == (8 if kind == "gauge" else 4)
+    assert len(rows) == (16 if kind == "gauge" else 4)
     assert call("inspect", visit, "--robot", "irb1600_10_145").code == 0
     page = sheet.read_text("utf-8")
-    boxes = {"gauge": 2, "position": 3}.get(kind, 1)
+    boxes = {"gauge": 4, "position": 3}.get(kind, 1)
     assert page.count('class="box"') == 4 * boxes and page.count("<svg") == 4 and "<script" not in page
 
 
@@ -63,7 +63,7 @@ def test_the_document_says_what_remains_and_what_no_load_tells(call: Call):
 def test_one_set_up_or_two_are_a_plan(count: int, planned: str, call: Call, tmp_path: Path):
     done = call("plan", "irb2600_20_165", "-n", count, "--kind", "gauge", "--load", "15", "-o", tmp_path / "t.csv")
     assert done.code == 0 and planned in done.err
-    assert len((tmp_path / "t.csv").read_text("utf-8").splitlines()) == 1 + 2 * count
+    assert len((tmp_path / "t.csv").read_text("utf-8").splitlines()) == 1 + 4 * count
 
 
 @pytest.mark.parametrize(
@@ -101,7 +101,7 @@ def test_twelve_readings_tell_how_an_arm_gives(robot: str, load: int, seed: int,
     ask = ("--kind", "gauge", "--load", load, "--tool", "0,0,300")
     assert call("plan", robot, "-n", 12, *ask, "-o", table).code == 0
     rows = read(table)
-    noted = np.column_stack([np.zeros(12), 1e3 * changes(rows, real, robot)]).ravel() + g.normal(0, 0.01, 24)
+    noted = np.column_stack([np.zeros(24), 1e3 * changes(rows, real, robot)]).ravel() + g.normal(0, 0.01, 48)
     write(table, [row | {"reading_mm": f"{x:.3f}"} for row, x in zip(rows, noted, strict=True)])
     assert call("fit", table, "--robot", robot, "--tool", "0,0,300", "-o", model).code == 0
     arm = Model(load_robot(robot), T_flange_tcp=TOOL)

@@ -209,6 +209,41 @@ def test_a_reading_that_contradicts_the_others_is_not_used(name: str, said: str)
     np.testing.assert_allclose(fit.model.effects[-1].vector(), clean.model.effects[-1].vector(), rtol=0.5)
 
 
+def repeated(rows: Rows, times: int) -> Rows:
+    """The same set-ups of a gauge, each read so often without and with its load, to 0.01 mm."""
+    index = np.tile(np.arange(len(rows)).reshape(-1, 2), (1, times)).ravel()
+    some = {name: getattr(rows, name)[index] for name in ("kind", "name", "normal", "place", "sigma", "label")}
+    noise = np.random.default_rng(SEED).normal(0, 1e-5, len(index)).round(5)
+    return replace(rows, states=rows.states.take(index), reading=rows.reading[index] + noise, **some)
+
+
+@pytest.mark.parametrize("times", [2, 3])
+def test_a_slip_that_suits_springs_is_seen_where_readings_are_repeated(times: int) -> None:
+    """Of two readings nobody knows which is wrong, of three the one that differs."""
+    s = an_arm()
+    rows = repeated(gauges(np.random.default_rng(SEED), s, 6), times)
+    assert not [d for d in read(rows, s).diagnostics if d.code in ("DAT041", "DAT042")]
+    for k in range(1, len(rows), 2 * times):
+        spoilt = rows.reading.copy()
+        spoilt[k] += 2e-4
+        data = read(replace(rows, reading=spoilt), s)
+        (finding,) = (d for d in data.diagnostics if d.code in ("DAT041", "DAT042"))
+        assert f"`gauge {rows.name[k]}` reads" in finding.message and "was misread" in finding.message
+        assert data.wrong == ({(0, k + 1), (0, k + 3)} if times == 2 else {(0, k + 1)})
+
+
+def test_of_readings_under_load_that_nothing_checks_that_is_said() -> None:
+    s = an_arm()
+    once = gauges(np.random.default_rng(SEED), s, 6)
+    (finding,) = (d for d in read(once, s).diagnostics if d.code in ("DAT041", "DAT042"))
+    assert finding.code == "DAT042" and "6 set-ups" in finding.message
+    partly = joined(
+        [repeated(once, 2), replace(gauges(np.random.default_rng(0), s, 1), name=np.array(["N", "N"], object))]
+    )
+    (finding,) = (d for d in read(partly, s).diagnostics if d.code == "DAT042")
+    assert finding.message.startswith("`gauge N` was read once")
+
+
 @pytest.mark.parametrize("robot", ROBOTS[:2])
 @pytest.mark.parametrize("count", [6, 12])
 def test_gauges_that_agree_give_no_finding(robot: str, count: int) -> None:

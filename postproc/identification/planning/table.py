@@ -10,6 +10,9 @@ from postproc.arrays import Array
 from postproc.channels.state import AXES, COLUMNS, State
 from postproc.identification.planning.setups import SHOP, SetupPlan
 
+READ_TWICE = 2
+"""Readings of a gauge without its load, and as many with it."""
+
 
 def posture_columns(state: State, extax: Array | None = None) -> dict[str, list[str]]:
     """Return the columns of a table that say where n states stand, from which side they are reached, and their loads.
@@ -35,15 +38,17 @@ def as_csv(ids: Sequence[str], columns: Mapping[str, Sequence[str]]) -> str:
 
 
 def setups_csv(plan: SetupPlan) -> str:
-    """Return the table of planned set-ups; of a gauge two rows each, without and with its load.
+    """Return the table of planned set-ups; of a gauge four rows each, without and with its load, twice.
 
-    Rows of a gauge have the name of their set-up: the stand may be moved between two of them.
+    Rows of a gauge have the name of their set-up: the stand may be moved between two of them. What is read twice tells
+    a slip of the pen, which the springs of an arm would take up.
     """
     state, ids, names, direction = plan.state, plan.ids, list(plan.names), plan.direction
     if plan.kind == "gauge":
-        names, ids = np.repeat(ids, 2).tolist(), [f"{name}{on}" for name in ids for on in ("", "L")]
-        state, direction = state.rows(np.repeat(np.arange(len(state)), 2)), np.repeat(direction, 2, axis=0)
-        on = np.tile([0.0, 1.0], len(plan.state))
+        each = 2 * READ_TWICE
+        names, ids = np.repeat(ids, each).tolist(), [f"{name}{on}" for name in ids for on in ("", "L") * READ_TWICE]
+        state, direction = state.rows(np.repeat(np.arange(len(state)), each)), np.repeat(direction, each, axis=0)
+        on = np.tile([0.0, 1.0], READ_TWICE * len(plan.state))
         mass, wrench = on * np.asarray(state.payload_mass), state.wrench
         state = state.with_(payload_mass=mass, wrench=None if wrench is None else on[:, None] * wrench)
     columns, kind = posture_columns(state), SHOP[plan.kind]

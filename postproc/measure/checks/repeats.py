@@ -89,7 +89,7 @@ def scatters(data: Measurements, values: Array, robot: Robot) -> list[tuple[floa
     """
     arm = (robot.repeatability or 0.0) / RP_PER_AXIS if data.observed.name == "position" else 0.0
     some = (visits(data), data.repeats)
-    variances = [_unexplained_scatter(data, _without_strays(values, groups), groups) for groups in some]
+    variances = [_unexplained_scatter(data, without_strays(values, groups), groups) for groups in some]
     return [(square + arm**2 * (0 < square < (STANDING_RATIO * arm) ** 2), dof) for square, dof in variances]
 
 
@@ -144,7 +144,7 @@ def _unexplained_scatter(data: Measurements, values: Array, groups: NDArray[np.i
     return square, dof
 
 
-def _without_strays(values: Array, groups: NDArray[np.int_]) -> Array:
+def without_strays(values: Array, groups: NDArray[np.int_]) -> Array:
     """Return the values (n, k) with NaN in rows over ten times as far from their group's median as the median repeat.
 
     One typing error among the repeats would pass for noise of the instrument.

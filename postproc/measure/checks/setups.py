@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import GRAVITY, Array
+from postproc.channels.state import State
 from postproc.diagnostics import Diagnostic, Severity, joined
 from postproc.measure.kinds.gauge import Gauge
 from postproc.measure.kinds.observed import kind_of, rows_of
@@ -35,6 +36,10 @@ DIAL_M, SHARE, COMPLIANCE_LOG = 2e-5, 0.02, 0.7
 """Usual miss of a change, in metres and as a share of it, and deviation of the logarithm of a compliance."""
 STRAY, NEARLY = 5.0, 2.0
 """Deviations by which a wrong change misses what the others predict, and by which another one is less likely wrong."""
+REPEATED, REPEATED_SHARE = 3.0, 0.01
+"""Readings of one state differ by at most so many times `DIAL_M` and a share of the change together."""
+MOST_NAMED = 3
+"""Set-ups that a finding names one by one."""
 CONTRADICTION = 3.0
 """Usual misses that changes have in the mean where more than single ones of them are wrong."""
 MOST_TRIED = 8
@@ -54,10 +59,17 @@ def check_setups(
         tool: (4, 4) what gauges touch, in tool0, where the rows do not say it; None for the flange.
     """
     at = data.state.T_flange_tcp if data.tool_known or tool is None else np.broadcast_to(tool, (len(data), 4, 4))
-    odd, changes = [*_check_tips(data, robot, cells)], _changes(data, robot, at)
+    alike = _alike(data.state)
+    odd = [*_check_tips(data, robot, cells), *_check_repeated(data, alike, cells)]
+    left = data.usable.copy()
+    for _, rows in odd:
+        left[rows] = False
+    changes = _changes(data, robot, at, alike, left)
     if changes is not None:
-        sizes = [*_check_sizes(changes, robot, cells)]
-        odd += sizes or _check_single(changes, data, cells)
+        found = [*_check_sizes(changes, robot, cells)] or [*_check_single(changes, data, cells)]
+        odd += [(finding, np.flatnonzero(np.isin(alike, alike[rows]))) for finding, rows in found]
+        if not odd:
+            odd += _check_once(changes, data, alike, cells)
     wrong = frozenset((0, data.row[int(i)]) for _, rows in odd for i in rows)
     return [finding for finding, _ in odd], wrong
 
@@ -117,21 +129,71 @@ class LoadChanges:
         return LoadChanges(self.row[index], self.change[index], self.by_joint[index])
 
 
-def _changes(data: Measurements, robot: Robot, tool: Array) -> LoadChanges | None:
-    """Return the changes of gauges under load; None where there are none, or the arm's stiffness is not known.
+def _alike(state: State) -> NDArray[np.intp]:
+    """Return (n,) the same number for rows of one set-up, at the same joints reached alike, under the same loads."""
+    parts = [np.asarray(state.setup, dtype=float)[:, None], state.q]
+    for channel in (state.approach, state.payload_mass, state.payload_center, state.wrench):
+        parts += [] if channel is None else [channel.reshape(len(state), -1)]
+    return np.asarray(np.unique(np.nan_to_num(np.hstack(parts)).round(6), axis=0, return_inverse=True)[1].ravel())
+
+
+def _check_repeated(data: Measurements, alike: NDArray[np.intp], cells: Cells) -> Iterator[Odd]:
+    """Yield DAT041, with rows that are not used, where readings of one state of a standing arm differ.
+
+    Of three or more, those far from the median are wrong; of two, nobody knows which.
 
     Args:
-        tool: (n, 4, 4) what the gauge touches, in tool0.
+        alike: (n,) number of the state of each row.
+    """
+    setup, gauges = np.asarray(data.state.setup), rows_of(data.state, kind_of(Gauge.column))
+    gauges, value = (
+        gauges[data.usable[gauges]],
+        data.position[:, 0] if data.readings is None else data.readings.numbers[:, 0],
+    )
+    for k in np.unique(setup[gauges]):
+        rows = gauges[setup[gauges] == k]
+        if np.ptp(data.state.q[rows], axis=0).max() > SAME_RAD:
+            continue
+        states = [rows[alike[rows] == state] for state in np.unique(alike[rows])]
+        middle = [float(np.median(value[same])) for same in states]
+        allowed = REPEATED * np.hypot(DIAL_M, REPEATED_SHARE * np.ptp(middle))
+        for same, at in zip(states, middle, strict=True):
+            if np.ptp(value[same]) <= allowed:
+                continue
+            far = same[np.abs(value[same] - at) > allowed] if len(same) > 2 else same
+            far = far if 0 < 2 * len(far) < len(same) else same
+            read = joined([f"{1e3 * value[i]:.3f} (row {data.row[i]})" for i in same])
+            message = f"`{data.state.setup_names[k]}` reads {read} mm in one state: one of them was misread, or the "
+            message += "gauge has moved"
+            numbers = joined([str(data.row[i]) for i in far])
+            help_ = f"correct what is wrong, or read that set-up again; until then row{'s' * (len(far) > 1)} {numbers} "
+            help_ += f"{'are' if len(far) > 1 else 'is'} not used"
+            yield cells.finding("DAT041", "warning", message, help_, int(far[0])), far
+
+
+def _changes(
+    data: Measurements, robot: Robot, tool: Array, alike: NDArray[np.intp], left: NDArray[np.bool_]
+) -> LoadChanges | None:
+    """Return the changes of gauges under load; None where there are none, or the arm's stiffness is not known.
+
+    Readings of one state count with their mean, by the first of their rows.
+
+    Args:
+        tool: (n, 4, 4) what the gauge touches, in tool0. alike: (n,) number of the state of each row; left: (n,) rows
+            that are used.
     """
     state, readings = data.state, data.readings
-    gauges = [i for i in rows_of(state, kind_of(Gauge.column)) if data.usable[i]]
+    gauges = [int(i) for i in rows_of(state, kind_of(Gauge.column)) if left[i]]
     if readings is None or robot.joint_compliance is None or not gauges:
         return None
     first: dict[int, int] = {}
+    states: dict[int, list[int]] = {}
     pairs = []
     for i in gauges:
+        states.setdefault(int(alike[i]), []).append(i)
         start = first.setdefault(int(np.asarray(state.setup)[i]), i)
-        if start != i and np.abs(state.q[i] - state.q[start]).max() < SAME_RAD:
+        apart = alike[i] != alike[start] and states[int(alike[i])][0] == i
+        if apart and np.abs(state.q[i] - state.q[start]).max() < SAME_RAD:
             pairs.append((start, i))
     if not pairs:
         return None
@@ -143,7 +205,8 @@ def _changes(data: Measurements, robot: Robot, tool: Array) -> LoadChanges | Non
     if state.wrench is not None:
         torque += np.einsum("nij,ni->nj", at_tcp, state.wrench)
     moved = np.einsum("mi,mij->mj", readings.direction[row], at_tcp[row, :3])
-    change = readings.numbers[row, 0] - readings.numbers[before, 0]
+    mean = {k: float(np.mean(readings.numbers[rows, 0])) for k, rows in states.items()}
+    change = np.array([mean[int(alike[i])] - mean[int(alike[start])] for start, i in pairs])
     return LoadChanges(row, change, moved * (torque[row] - torque[before]) * robot.joint_compliance)
 
 
@@ -231,6 +294,23 @@ def find_strays(changes: LoadChanges, data: Measurements, cells: Cells) -> Itera
             message += f"; or {joined(names[1:], 'or')} was misread"
             help_ = f"read {joined(names)} again; until then their rows under load are not used"
         yield cells.finding("DAT041", "warning", message, help_, int(rows[0])), rows
+
+
+def _check_once(changes: LoadChanges, data: Measurements, alike: NDArray[np.intp], cells: Cells) -> Iterator[Odd]:
+    """Yield DAT042 where set-ups were read once under load: few set-ups check each other, and springs take up a slip.
+
+    Args:
+        alike: (n,) number of the state of each row.
+    """
+    once = changes.row[np.bincount(alike[data.usable], minlength=alike.max() + 1)[alike[changes.row]] < 2]
+    if not len(once):
+        return
+    names = [f"`{name}`" for name in dict.fromkeys(data.state.setup_of_rows[once].tolist())]
+    listed = joined(names) if len(names) <= MOST_NAMED else f"{len(names)} set-ups of gauges"
+    message = f"{listed} {'were' if names[1:] else 'was'} read once under load: a slip of the pen that suits springs "
+    message += "gives no finding, and no interval counts it"
+    help_ = "take the load off, read, hang it on again and read: a row for each, with the same name in `gauge`"
+    yield cells.finding("DAT042", "warning", message, help_, int(once[0])), once[:0]
 
 
 def _misfit(changes: LoadChanges) -> tuple[float, Array]:

@@ -15,7 +15,7 @@ class Gauge(ReadingKind):
     reading = ("reading_mm",)
     zero = True
     noise = 1e-5
-    item = "set-ups of two readings each"
+    item = "set-ups, without and with a load"
 
     def read(self, seen: Seen) -> Read:
         """Return n.p - z (m, 1)."""

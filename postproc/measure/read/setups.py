@@ -102,7 +102,7 @@ def _deviations(data: Measurements, which: NDArray[np.int_], numbers: Array, tab
     Args:
         which: (n,) number of the kind of each row; numbers: (n, 3) [m].
     """
-    from postproc.measure.checks.repeats import pooled_scatter
+    from postproc.measure.checks.repeats import pooled_scatter, without_strays
 
     known = np.full(len(data), np.nan) if data.sigma is None else data.sigma
     sigma, assumed = np.where(np.isfinite(known), known, TRACKER_M), []
@@ -110,7 +110,8 @@ def _deviations(data: Measurements, which: NDArray[np.int_], numbers: Array, tab
         rows = (which == k) & ~np.isfinite(known)
         if not rows.any():
             continue
-        square, dof = pooled_scatter(numbers[rows], data.repeats[rows]) if kind.reading else (0.0, 0.0)
+        repeats = data.repeats[rows]
+        square, dof = pooled_scatter(without_strays(numbers[rows], repeats), repeats) if kind.reading else (0.0, 0.0)
         value = np.sqrt(square) if dof >= FEWEST_REPEATS else kind.noise
         value = max(float(value), scale_step(numbers[rows, 0]) / np.sqrt(12) if kind.reading else 0.0)
         assumed += [] if dof >= FEWEST_REPEATS else [f"{1e3 * value:.3g} mm for `{kind.column}`"]
