@@ -98,6 +98,7 @@ batch programs -o out --report batch.html
 fit backlash.csv --robot irb4600_60_205 --effects BASE -o cell.toml
 fit far.csv --robot irb4600_60_205 --effects BASE -o far.toml
 fit gauges.csv --robot irb1600_10_145 --effects joint_compliance -o soft.toml
+fit few.csv --robot irb4600_60_205 --effects BASE -o few.toml
 compare cell.toml far.csv
 diagnose cell.toml backlash.csv
 fit samples/measurements/simulated_step.csv --robot irb4600_60_205 --effects instrument_frame,tool_frame,joint_compliance -o step.toml
@@ -108,7 +109,7 @@ touchups samples/touched_up/drawn.mod samples/touched_up/touched.mod --robot irb
 touchups near.mod near_touched.mod --robot irb4600_60_205
 plan cell.toml backlash.csv -n 3
 plan irb4600_60_205 -n 3 --kind gauge --load 20 --for samples/corner_arc.mod
-plan cell.toml backlash.csv -n 3 --between gravity_compensator,transmission_error
+plan few.toml few.csv -n 3 --between gravity_compensator,transmission_error
 runtime write -m better.toml -o ppModel.sys
 runtime check ppModel.sys -m better.toml
 runtime write -o bounded.sys --bound 0.5
@@ -153,6 +154,7 @@ def printed(call: Call, samples: Path, tmp_path: Path, monkeypatch: pytest.Monke
         "new/MOC.cfg": "new",
         "new/a.mod": new.replace("[900,0,1200]", "[900,0,1201]"),
         "backlash.csv": "".join(lines),
+        "few.csv": "".join(lines[:46]),
         "far.csv": "".join([*lines[:40], ",".join(cells), *lines[41:]]),
         "near.mod": near.replace("y0", "100").replace("y1", "140").replace("turn", "0.1"),
         "near_touched.mod": near.replace("y0", "100.5").replace("y1", "140").replace("turn", "0.2"),
