@@ -91,20 +91,22 @@ class Arm:
     ) -> Frames:
         """Frames of n poses ``q`` (n, 6), deflected by ``dq`` (n, 6) and ``xi`` (n, 7, 6)."""
         q = np.atleast_2d(q) + dq
-        t = np.broadcast_to(np.eye(4), (len(q), 4, 4))
-        body, distal, pivot, axis = [t], [], [], []
+        r, p = np.broadcast_to(np.eye(3), (len(q), 3, 3)), np.zeros((len(q), 3))
+        body, distal, pivot, axis = [transform(r, p)], [], [], []
         for b in range(7):
             # The small displacement acts at the distal point in the body's axes, before the link's own turn.
-            place = t @ transform(np.eye(3), self.link[b][:3, 3])
-            distal.append(place)
+            p = p + r @ self.link[b][:3, 3]
+            distal.append(transform(r, p))
             if xi is not None and xi[:, b].any():
-                place = place @ small(xi[:, b])
-            t = place @ transform(self.link[b][:3, :3], np.zeros(3))
+                p = p + (r @ xi[:, b, :3, None])[:, :, 0]
+                r = r @ rotation_vector(xi[:, b, 3:])
+            r = r @ self.link[b][:3, :3]
             if b < 6:
-                pivot.append(t[:, :3, 3])
-                axis.append(t[:, :3, :3] @ self.axis[b])
-                t = t @ transform(rotation(self.axis[b], q[:, b]), np.zeros(3))
-                body.append(t)
+                pivot.append(p)
+                axis.append(r @ self.axis[b])
+                r = r @ rotation(self.axis[b], q[:, b])
+                body.append(transform(r, p))
+        t = transform(r, p)
         return Frames(body, distal, pivot, axis, t, t @ tool)
 
 
@@ -139,17 +141,12 @@ def spring_loads(f: Frames, w: Wrenches) -> tuple[np.ndarray, np.ndarray]:
         moment[body] += cross(point, push) + turn
     # Sums over the bodies from b outwards, moments about the base's origin.
     force, moment = np.cumsum(force[::-1], axis=0)[::-1], np.cumsum(moment[::-1], axis=0)[::-1]
-    tau = np.zeros((n, 6)) + w.joint
-    wrench = np.zeros((n, 7, 6))
-    for j in range(6):
-        about = moment[j + 1] - cross(f.pivot[j], force[j + 1])
-        tau[:, j] += (f.axis[j] * about).sum(axis=1)
-    for b in range(7):
-        k = min(b + 1, 6)
-        r = f.distal[b][:, :3, :3]
-        about = moment[k] - cross(f.distal[b][:, :3, 3], force[k])
-        wrench[:, b, :3] = np.einsum("nji,nj->ni", r, force[k])
-        wrench[:, b, 3:] = np.einsum("nji,nj->ni", r, about)
+    about = moment[1:7] - cross(np.stack(f.pivot), force[1:7])
+    tau = (np.stack(f.axis) * about).sum(axis=2).T + w.joint
+    ends, beyond = np.stack(f.distal), [1, 2, 3, 4, 5, 6, 6]
+    about = moment[beyond] - cross(ends[..., :3, 3], force[beyond])
+    both = np.stack([force[beyond], about], axis=-1)  # (7, n, 3, 2) in base axes
+    wrench = np.einsum("bnji,bnjk->nbki", ends[..., :3, :3], both).reshape(n, 7, 6)
     return tau, wrench
 
 
@@ -269,7 +266,7 @@ def equilibrium(
         new_dq, new_xi = displace(f, tau, wrench)
         change = max(float(np.abs(new_dq - dq).max()), float(np.abs(new_xi - xi).max()))
         dq, xi = new_dq, new_xi
-        if change < 1e-12:  # [rad], [m]: far below what any number here is written with
+        if change < 1e-10:  # [rad], [m]: the next sweep would change a hundredth of it, or less
             break
     return Equilibrium(arm.forward(q, tool, dq, xi), dq, xi, tau, wrench, change)
 
