@@ -232,6 +232,19 @@ def test_a_slip_that_suits_springs_is_seen_where_readings_are_repeated(times: in
         assert data.wrong == ({(0, k + 1), (0, k + 3)} if times == 2 else {(0, k + 1)})
 
 
+def test_where_the_zeros_are_left_blank_a_zero_is_asked_for() -> None:
+    s = an_arm()
+    rows = repeated(gauges(np.random.default_rng(SEED), s, 6), 2)
+    some, every = rows.reading.copy(), rows.reading.copy()
+    some[[4, 6]] = every[::2] = np.nan
+    found = [d for d in read(replace(rows, reading=some), s).diagnostics if d.severity == "warning"]
+    assert [d.code for d in found] == ["DAT005", "DAT041"] and found[1].message.startswith("`gauge D2` was read in one")
+    assert all("write 0" in str(d.help) for d in found)
+    with pytest.raises(PostprocError) as refused:
+        read(replace(rows, reading=every), s)
+    assert [d.code for d in refused.value.diagnostics if d.severity == "error"] == ["DAT041"]
+
+
 def test_of_readings_under_load_that_nothing_checks_that_is_said() -> None:
     s = an_arm()
     once = gauges(np.random.default_rng(SEED), s, 6)

@@ -197,7 +197,7 @@ def test_a_row_that_reads_two_things_or_none_is_refused(columns: str, line: str,
 
 
 def test_a_scale_is_no_better_than_its_steps_and_repeats_tell_its_noise() -> None:
-    same = [f"g{i // 12},1.{i // 12},0,0,1" for i in range(24)]
+    same = [f"g,1.{i // 12},0,0,1" for i in range(24)]
     text = "\n".join(
         [f"{HEADER},gauge,reading_mm,nx,ny,nz", *(f"P{i // 12},{i // 12},20,5,1,40,2,{x}" for i, x in enumerate(same))]
     )

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, has_errors
-from postproc.measure.checks.plausible import check_limits, check_plausible, empty_columns, usable_rows
+from postproc.measure.checks.plausible import ZERO_READING, check_limits, check_plausible, empty_columns, usable_rows
 from postproc.measure.checks.readings import (
     MISMATCH_M,
     RADIANS,
@@ -60,6 +60,7 @@ def check_measurements(
         empty = empty_columns(cells, 0, (*JOINT_COLUMNS, *MEASURED) if measured else JOINT_COLUMNS)
         message += f"; {empty}, and so on" * bool(empty)
         help_ = "fill in what was read, in the unit at the end of the column's name" if empty else "fill in the columns"
+        help_ += ZERO_READING * ("`reading_mm`" in empty)
         return [cells.finding("DAT001", "error", message, help_)]
     findings = check_plausible(data, robot, cells, measured)
     # The reflector of most rows: one point of the tool.

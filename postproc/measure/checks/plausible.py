@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, Severity, joined
-from postproc.measure.checks.repeats import pooled_scatter
+from postproc.measure.checks.repeats import pooled_scatter, without_strays
 from postproc.measure.errors import CHANCE
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.cells import Cells
@@ -31,6 +31,7 @@ MISREAD_DEG = 5.0
 """An angle measured on the output side is no farther from the commanded one."""
 UNTOLD = 3e-5
 """Scatter [m], [rad] of readings of one pose where no two that differ tell it: that of an ordinary arm and tracker."""
+ZERO_READING = "; write 0 where a gauge was set to zero"
 ROUNDING_STEPS = [float(f"{digit}e{power}") for power in range(1, -8, -1) for digit in (5, 2, 1)]
 """Steps in which an instrument may count [mm], [mrad], the coarsest first."""
 
@@ -63,6 +64,7 @@ def _check_cells(data: Measurements, cells: Cells, measured: bool) -> Iterator[D
             if empty := empty_columns(cells, first, wanted):
                 message = message.replace(": not used", f" ({empty}): not used")
             help_ = "fill in the empty cells if the values are known"
+            help_ += ZERO_READING * ("`reading_mm`" in empty)
             yield cells.finding("DAT005", "warning", message, help_, first)
 
 
@@ -160,13 +162,14 @@ def _check_copies(data: Measurements, cells: Cells) -> list[Diagnostic]:
     Two readings of a pose with the scatter s agree in all digits of a coordinate that counts in steps r with the chance
     r / (2 sqrt(pi) s). So a gauge of one coordinate in hundredths reads the same often, a tracker of three never.
     """
+    measured = data.usable
     skipped = [k for k, name in enumerate(cells.header) if name in ("pose_id", "time_s")]
     seen: dict[tuple[str, ...], int] = {}
     pairs = []
     for i, row in enumerate(cells.rows):
         key = tuple(cell for k, cell in enumerate(row) if k not in skipped)
         first = seen.setdefault(key, i)
-        if first != i:
+        if first != i and measured[i]:
             pairs.append((i, first))
     if not pairs or _by_chance(data, [i for i, _ in pairs]):
         return []
@@ -189,7 +192,8 @@ def _by_chance(data: Measurements, copies: Sequence[int]) -> bool:
     if not numbers.size:
         return False
     different = np.delete(np.arange(len(data)), copies)
-    square, dof = pooled_scatter(numbers[different], data.repeats[different])
+    repeats = data.repeats[different]
+    square, dof = pooled_scatter(without_strays(numbers[different], repeats), repeats)
     scatter = float(np.sqrt(square)) if dof > 0 and square > 0 else UNTOLD
     agreeing = np.prod([min(1.0, _step(column) / (2 * np.sqrt(np.pi) * scatter)) for column in numbers.T])
     each = np.bincount(data.repeats)

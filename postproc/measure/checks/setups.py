@@ -60,7 +60,7 @@ def check_setups(
     """
     at = data.state.T_flange_tcp if data.tool_known or tool is None else np.broadcast_to(tool, (len(data), 4, 4))
     alike = _alike(data.state)
-    odd = [*_check_tips(data, robot, cells), *_check_repeated(data, alike, cells)]
+    odd = [*_check_tips(data, robot, cells), *_check_zeros(data, alike, cells), *_check_repeated(data, alike, cells)]
     left = data.usable.copy()
     for _, rows in odd:
         left[rows] = False
@@ -135,6 +135,26 @@ def _alike(state: State) -> NDArray[np.intp]:
     for channel in (state.approach, state.payload_mass, state.payload_center, state.wrench):
         parts += [] if channel is None else [channel.reshape(len(state), -1)]
     return np.asarray(np.unique(np.nan_to_num(np.hstack(parts)).round(6), axis=0, return_inverse=True)[1].ravel())
+
+
+def _check_zeros(data: Measurements, alike: NDArray[np.intp], cells: Cells) -> Iterator[Odd]:
+    """Yield DAT041 where set-ups of gauges were read in one state alone; an error where no other row says anything.
+
+    Args:
+        alike: (n,) number of the state of each row.
+    """
+    setup, gauges = np.asarray(data.state.setup), rows_of(data.state, kind_of(Gauge.column))
+    gauges = gauges[data.usable[gauges]]
+    alone = [rows for k in np.unique(setup[gauges]) if not np.ptp(alike[rows := gauges[setup[gauges] == k]])]
+    if not alone:
+        return
+    rows = np.concatenate(alone)
+    names = [f"`{data.state.setup_of_rows[each[0]]}`" for each in alone]
+    listed = joined(names) if len(names) <= MOST_NAMED else f"{len(names)} set-ups of gauges"
+    message = f"{listed} {'were' if names[1:] else 'was'} read in one state alone: how far the arm gives is not known"
+    help_ = f"fill in `{Gauge.reading[0]}` without the load and with it; write 0 where the gauge was set to zero"
+    severity: Severity = "error" if len(rows) == data.usable.sum() else "warning"
+    yield cells.finding("DAT041", severity, message, help_, int(rows[0])), rows[:0]
 
 
 def _check_repeated(data: Measurements, alike: NDArray[np.intp], cells: Cells) -> Iterator[Odd]:

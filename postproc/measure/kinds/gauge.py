@@ -15,7 +15,7 @@ class Gauge(ReadingKind):
     reading = ("reading_mm",)
     zero = True
     noise = 1e-5
-    item = "set-ups, without and with a load"
+    item = "set-ups of a gauge"
 
     def read(self, seen: Seen) -> Read:
         """Return n.p - z (m, 1)."""

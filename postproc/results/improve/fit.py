@@ -30,6 +30,8 @@ CORRELATED = (
     "Correlations of the estimates: coloured together, dark against each other. Rows that move the one without the "
     "other tell them apart (`postproc plan`)."
 )
+LEAST_SHOWN = 5e-7
+"""Part of the noise [m], [rad] below which it reads 0.000."""
 PAIR_COLUMNS = ("parameter", "with", "correlation", "what these rows tell")
 AT_BOUND = (
     "That is noise, and nothing is to be done, where `postproc diagnose` finds nothing missing; else what is missing "
@@ -47,12 +49,13 @@ def fit_document(name: str, fit: Fit) -> Document:
     Args:
         name: of the tables, for the title.
     """
-    unit, each, level = fit.observed.unit, fit.observed.each, fit.parts.level
+    unit, each, level, beside = fit.observed.unit, fit.observed.each, fit.parts.level, fit.parts.repeatability or 0.0
     noise = "unknown" if level is None else f"{1e3 * level:.3f} {unit} ({fit.parts.origin})"
-    if level is not None and fit.parts.repeatability:
-        repeated = fit.noise.sigma is not None
-        what = "how well the arm repeats a pose" if repeated else "what no column explains, as no pose was repeated"
-        noise += f", of which {1e3 * fit.parts.repeatability:.3f} {unit} is {what}"
+    if level is not None and beside >= LEAST_SHOWN:
+        what = "what no column explains, as no pose was repeated"
+        if fit.noise.sigma is not None:
+            what = "more than `sigma_mm` states" if fit.data.readings is not None else "how well the arm repeats a pose"
+        noise += f", of which {1e3 * beside:.3f} {unit} is {what}"
     keys = [e.key for e in fit.model.effects if e.role is not Role.SETUPS]
     unseen = f"{1e3 * fit.held_out_rms:.3f} {unit} on rows that the fit has not seen"
     if fit.unnamed:
@@ -126,7 +129,7 @@ def excluded_rows(fit: Fit) -> list[str]:
     rows = set(zip(data.file or (0,) * len(data), data.row, strict=False))
     for file, row in sorted(data.wrong - rows):
         of = f" of {data.sources[file].path}" if data.file else ""
-        lines.append(f"Row {row}{of} was left out: no arm can be where it says.")
+        lines.append(f"Row {row}{of} was left out: it cannot have been measured as it stands.")
     if len(lines) > MOST_ROWS_NAMED:
         lines = [f"{len(lines)} rows were left out: they lie far from everything else."]
     return lines
