@@ -8,7 +8,9 @@ import tomllib
 from pathlib import Path
 
 import numpy as np
+import pytest
 
+from postproc.identification import regions
 from tests.independent import unknown_effects as strange
 from tests.independent.hidden_effects import Plan, make_set
 
@@ -24,7 +26,10 @@ def error_mm(predicted: Path, true: Path) -> float:
     return float(np.sqrt(np.mean((np.array(places[0]) - np.array(places[1])) ** 2)))
 
 
-def test_a_law_without_a_name_is_diagnosed_added_and_compensated(call: Call, samples: Path, tmp_path: Path) -> None:
+def test_a_law_without_a_name_is_diagnosed_added_and_compensated(
+    call: Call, samples: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(regions, "SEARCHED_REGIONS", 3)  # the same is said of fewer
     make_set(tmp_path, seed=401, plan=Plan([strange.angle_step]), noise_mm=0.02, poses=80)
     data, true = tmp_path / "fit.csv", tmp_path / "validate_true.csv"
     base, better, out = (tmp_path / name for name in ("base.toml", "better.toml", "out.mod"))
