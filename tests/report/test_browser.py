@@ -428,5 +428,5 @@ def test_a_sheet_is_one_printed_page(opened: Open) -> None:
 def test_the_boxes_of_a_sheet_hold_their_words_on_a_phone(opened: Open) -> None:
     page = opened(PAGES["sheet"](), PHONE)
     cut = "[...document.querySelectorAll('td')].filter((e) => e.scrollHeight > e.clientHeight + 1).length"
-    assert page.evaluate("document.querySelectorAll('td.box').length") == 24 and page.evaluate(cut) == 0
+    assert page.evaluate("document.querySelectorAll('td.box').length") == 48 and page.evaluate(cut) == 0
     assert page.evaluate("document.documentElement.scrollWidth") <= PHONE[0]

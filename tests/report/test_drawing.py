@@ -19,7 +19,7 @@ from postproc.report.drawing.charts import DrawnCurve, scatter, shares
 from postproc.report.drawing.columns import exact, packed
 from postproc.report.drawing.laws import Law, law_charts, laws_of
 from postproc.report.drawing.parameters import correlated_pairs, correlations, drawn_parameters, parameter_chart
-from postproc.report.drawing.postures import posture_drawings
+from postproc.report.drawing.postures import AtTool, posture_drawings
 from postproc.report.page import render_page
 from postproc.report.terminal import render_text
 from postproc.results.wording import named_values
@@ -149,6 +149,20 @@ def test_a_posture_is_drawn_from_the_side_and_from_above(fitted: Fit) -> None:
         assert np.arctan2(-tip[1], tip[0]) == pytest.approx(np.arctan2(y, x), abs=0.03)
         assert (side[0, 1] - side[-1, 1]) / (side[-1, 0] - side[0, 0]) == pytest.approx(z / np.hypot(x, y), rel=0.05)
         assert "<1>" not in drawing
+
+
+def test_the_side_of_a_gauge_and_the_way_of_a_load_are_drawn(fitted: Fit) -> None:
+    model, q = fitted.model, fitted.problem.sensitivity.state.q[:1]
+    for gauge, down in ((1.0, True), (-1.0, False)):
+        at_tool = AtTool(np.array([[0.0, 0, gauge]]), np.array([[0.0, 0, -gauge]]), ["+z; 5 N"])
+        (drawing,) = posture_drawings(model, q, ["a"], True, at_tool)
+        tool = np.array(re.findall(r"L([-\d.]+) ([-\d.]+)\" class=\"line tool\"", drawing), float)[:, 1]
+        seen = [re.findall(rf'<g class="{kind}">(.*?)</g>', drawing) for kind in ("gauge", "load")]
+        (dial, ring), (arrow, away) = seen
+        assert (float(re.findall(r'cy="([-\d.]+)"', dial)[0]) < tool[0]) == down
+        tail, tip = map(float, re.findall(r"[ML][-\d.]+ ([-\d.]+)", arrow)[:2])
+        assert (tail < tip) == down
+        assert ("dot" in ring) == ("cross" in away) == down and "+z; 5 N" in drawing
 
 
 def law(fit: Fit, key: str, where: str) -> Law:

@@ -126,6 +126,14 @@ class SetupPlan:
         return [f"{m:g} kg" if m else p for m, p in zip(np.asarray(self.state.payload_mass), pulls, strict=True)]
 
     @property
+    def load_direction(self) -> Array:
+        """Direction (s, 3) of the load of each set-up, base axes: that of a pull, or of gravity."""
+        down = -np.tile(self.model.R_world_base[2], (len(self.state), 1))
+        if self.state.wrench is None:
+            return down
+        return np.where(self.state.wrench[:, :3].any(axis=1, keepdims=True), self.state.wrench[:, :3], down)
+
+    @property
     def words(self) -> list[str]:
         """What is read or touched at each set-up (s,): the direction in which a gauge reads more, else a name."""
         return [self._axis(d) for d in self.direction] if self.kind == "gauge" else list(self.names)

@@ -9,10 +9,10 @@ from postproc.identification.planning.setups import SetupPlan
 from postproc.identification.planning.standing import from_limits
 from postproc.numbers import mm, percent_range
 from postproc.report.blocks import Chart, DataTable, Document, Section, Values
-from postproc.report.drawing.postures import posture_drawings
+from postproc.report.drawing.postures import AtTool, posture_drawings
 from postproc.results.improve.plan import program_sentences, program_values
 
-SETUP_WIDTH = 105  # pixels
+SETUP_WIDTH = 210  # pixels
 LINKS_MATTER = 0.5
 """Share of what remains below which that by the loads alone says how much the weights of the links matter."""
 
@@ -28,9 +28,15 @@ def first_plan_document(name: str, plan: SetupPlan) -> Document:
     change, q = (1e3 * plan.change).round(3).tolist(), np.degrees(plan.state.q).round(1).tolist()
     loads = [load or "none" for load in plan.loads]
     rows = list(zip(plan.ids, *zip(*q, strict=True), loads, plan.words, [x or "" for x in change], strict=True))
-    drawn = Chart(lambda: posture_drawings(plan.model, plan.state.q, plan.ids, gauge * plan.direction), SETUP_WIDTH)
+    at_tool = AtTool(plan.direction, plan.load_direction, [f"{w}; {x}" for w, x in zip(plan.words, loads, strict=True)])
+    drawn = Chart(
+        lambda: posture_drawings(plan.model, plan.state.q, plan.ids, gauge, at_tool if gauge else None), SETUP_WIDTH
+    )
     table = DataTable("set-ups", columns, rows, brief=range(len(rows))[:3], decimals=[None, *[1] * 6, None, None, 3])
-    sections = [Section("Readings", [table]), Section("Postures from the side", [drawn])]
+    sections = [
+        Section("Readings", [table]),
+        Section("Postures from the side and from above" if gauge else "Postures from the side", [drawn]),
+    ]
     keys = ("pose_id", "name", "load", "expected_change_mm")
     listed = zip(plan.ids, plan.names, plan.loads, [mm(x, 4) for x in plan.change], strict=True)
     values: Values = {
