@@ -34,6 +34,7 @@ def test_a_plan_is_a_table_a_program_and_a_sheet(kind: str, call: Call, tmp_path
     planned = call("plan", "irb1600_10_145", "-n", "4", "--kind", kind, "--load", "8", *files)
     assert planned.code == 0 and "is expected to remain" in planned.err and f"`postproc fit {table}" in planned.err
     assert ("The 8 kg hang at the TCP, " if kind == "gauge" else "The 8 kg are bolted to the flange") in planned.err
+    assert ("Measure that place to 1 cm" in planned.err) == (kind == "gauge")
     head, *rows = csv.reader(table.read_text("utf-8").splitlines())
     assert head[-len(HEAD[kind]) :] == HEAD[kind] and "payload_kg" in head
     assert len(rows) == (16 if kind == "gauge" else 4)

@@ -82,7 +82,13 @@ def _loads(plan: SetupPlan) -> list[str]:
     mass, wrench = float(np.max(np.asarray(plan.state.payload_mass), initial=0.0)), plan.state.wrench
     pull = 0.0 if wrench is None else float(np.abs(wrench[:, :3]).max())
     tool = "the TCP, {:g}, {:g}, {:g} mm in tool0".format(*(1e3 * plan.model.T_flange_tcp[:3, 3]).tolist())
-    hung = f"The {mass:g} kg hang at {tool}" if plan.kind == "gauge" else f"The {mass:g} kg are bolted to the flange"
-    if pull:
-        return [f"{hung}; there the {pull:g} N pull, too." if mass else f"The {pull:g} N pull at {tool}."]
-    return [f"{hung}."] if mass else []
+    if not (mass or pull):
+        return []
+    if plan.kind != "gauge":
+        return [f"The {mass:g} kg are bolted to the flange."]
+    acts = f"The {mass:g} kg hang at {tool}" if mass else f"The {pull:g} N pull at {tool}"
+    text = f"{acts}; there the {pull:g} N pull, too." if mass and pull else f"{acts}."
+    return [
+        text,
+        "Measure that place to 1 cm: what acts elsewhere passes for another stiffness, and no reading shows it.",
+    ]

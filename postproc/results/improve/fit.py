@@ -39,7 +39,8 @@ AT_BOUND = (
 )
 REMAINING = (
     "Of the deflection under these loads {} was expected to remain after a correction with the stiffness of the arm's "
-    "type; with this model it is {}. Of that by the loads alone, without the weight of the links, it was {} and is {}"
+    "type; with this model it is {}. Of that by the loads alone, without the weight of the links, it was {} and is {}. "
+    "That holds for loads that acted where the table says"
 )
 
 
