@@ -76,6 +76,11 @@ def test_approve_change_see_red_approve_see_green(
     git("add", ".")
     assert shell(README[1]) == 0
     assert workflow() == [0] and git("status", "--porcelain") == ""
+    settings = PROGRAM.with_name("postproc.toml")
+    settings.write_text(f"tolerance_mm = 0.02\n{settings.read_text('utf-8')}", "utf-8")
+    git("add", str(settings))
+    assert before_a_commit() == 1 and f"not as approved: {PROGRAM.as_posix()};" in capsys.readouterr().err
+    git("reset", "-q", "--hard")
     old = PROGRAM.read_text("latin-1")
     PROGRAM.write_text(old.replace("pEnd:=[[0,0,0]", "pEnd:=[[0,0,2]"), "latin-1")
     git("add", str(PROGRAM))
