@@ -217,7 +217,7 @@ def repeated(rows: Rows, times: int) -> Rows:
     return replace(rows, states=rows.states.take(index), reading=rows.reading[index] + noise, **some)
 
 
-@pytest.mark.parametrize("times", [2, 3])
+@pytest.mark.parametrize("times", [2, 3, 6])
 def test_a_slip_that_suits_springs_is_seen_where_readings_are_repeated(times: int) -> None:
     """Of two readings nobody knows which is wrong, of three the one that differs."""
     s = an_arm()

@@ -16,6 +16,7 @@ from postproc.measure.kinds.observed import kind_of, rows_of
 from postproc.measure.kinds.tip import Tip
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.cells import Cells
+from postproc.measure.read.setups import scale_step
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import forward, jacobian
 from postproc.robot.pose import transform
@@ -37,9 +38,9 @@ DIAL_M, SHARE, COMPLIANCE_LOG = 2e-5, 0.02, 0.7
 STRAY, NEARLY = 5.0, 2.0
 """Deviations by which a wrong change misses what the others predict, and by which another one is less likely wrong."""
 REPEATED, REPEATED_SHARE = 3.0, 0.01
-"""Readings of one state differ by at most so many times `DIAL_M` and a share of the change together."""
-MOST_NAMED = 3
-"""Set-ups that a finding names one by one."""
+"""Readings of one state differ by at most so many times the miss of a change and a share of it together."""
+MOST_NAMED, MOST_READ = 3, 4
+"""Set-ups that a finding names one by one, and readings of one state."""
 CONTRADICTION = 3.0
 """Usual misses that changes have in the mean where more than single ones of them are wrong."""
 MOST_TRIED = 8
@@ -166,29 +167,49 @@ def _check_repeated(data: Measurements, alike: NDArray[np.intp], cells: Cells) -
         alike: (n,) number of the state of each row.
     """
     setup, gauges = np.asarray(data.state.setup), rows_of(data.state, kind_of(Gauge.column))
-    gauges, value = (
-        gauges[data.usable[gauges]],
-        data.position[:, 0] if data.readings is None else data.readings.numbers[:, 0],
-    )
-    for k in np.unique(setup[gauges]):
-        rows = gauges[setup[gauges] == k]
-        if np.ptp(data.state.q[rows], axis=0).max() > SAME_RAD:
-            continue
-        states = [rows[alike[rows] == state] for state in np.unique(alike[rows])]
-        middle = [float(np.median(value[same])) for same in states]
-        allowed = REPEATED * np.hypot(DIAL_M, REPEATED_SHARE * np.ptp(middle))
-        for same, at in zip(states, middle, strict=True):
-            if np.ptp(value[same]) <= allowed:
+    gauges = gauges[data.usable[gauges]]
+    if data.readings is None:
+        return
+    value = data.readings.numbers[:, 0]
+    sets = [rows for k in np.unique(setup[gauges]) if _stands(data.state.q[rows := gauges[setup[gauges] == k]])]
+    states = [[rows[alike[rows] == state] for state in np.unique(alike[rows])] for rows in sets]
+    usual = _usual_miss(value[gauges], [value[same] for some in states for same in some if len(same) > 1])
+    for some in states:
+        middle = [float(np.median(value[same])) for same in some]
+        allowed = REPEATED * np.hypot(usual, REPEATED_SHARE * np.ptp(middle))
+        for same, at in zip(some, middle, strict=True):
+            far = same[np.abs(value[same] - at) > (allowed if len(same) > 2 else allowed / 2)]
+            if not len(far):
                 continue
-            far = same[np.abs(value[same] - at) > allowed] if len(same) > 2 else same
-            far = far if 0 < 2 * len(far) < len(same) else same
-            read = joined([f"{1e3 * value[i]:.3f} (row {data.row[i]})" for i in same])
-            message = f"`{data.state.setup_names[k]}` reads {read} mm in one state: one of them was misread, or the "
-            message += "gauge has moved"
+            far = far if 2 * len(far) < len(same) else same
+            several = len(same) > MOST_READ  # then those that are far, beside the median
+            read = joined([f"{1e3 * value[i]:.3f} (row {data.row[i]})" for i in (far if several else same)[:MOST_READ]])
+            message = f"`{data.state.setup_of_rows[same[0]]}` reads {read} mm in one state"
+            message += f", and {1e3 * at:.3f} mm in the median of {len(same)} readings" * several
+            message += ": one of them was misread, or the gauge has moved"
             numbers = joined([str(data.row[i]) for i in far])
             help_ = f"correct what is wrong, or read that set-up again; until then row{'s' * (len(far) > 1)} {numbers} "
             help_ += f"{'are' if len(far) > 1 else 'is'} not used"
             yield cells.finding("DAT041", "warning", message, help_, int(far[0])), far
+
+
+def _stands(q: Array) -> bool:
+    """Return whether the arm stands still in rows (m, 6) [rad]."""
+    return bool(np.ptp(q, axis=0).max() < SAME_RAD)
+
+
+def _usual_miss(every: Array, repeated: list[Array]) -> float:
+    """Return the usual difference [m] of two readings: of a dial, of its scale, or what most repeated ones show.
+
+    In pairs half of the readings are within 0.48 standard deviations of the middle: a difference has 3 times that.
+
+    Args:
+        every: (m,) readings of gauges; repeated: those of each state that was read several times.
+    """
+    shown = 0.0
+    if len(repeated) >= FEWEST_CHANGES:
+        shown = 3.0 * float(np.median(np.concatenate([np.abs(same - np.median(same)) for same in repeated])))
+    return max(DIAL_M, scale_step(every), shown)
 
 
 def _changes(
