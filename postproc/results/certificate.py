@@ -126,9 +126,10 @@ def arm_certificate(name: str, comparison: Comparison, files: Sequence[Source] =
     document = plain(shown.values)
     kind, data = comparison.fit.observed, comparison.fit.data
     mean, within, largest, noise = (document[kind.key(key)] for key in ("mean", "percentiles", "maximum", "noise"))
+    one = "reading" if kind.each == "reading" else "pose"
     figures = [
         *iso_figures(document),
-        *(("mean distance from the model", mean), ("95 % of the poses are within", within["95"])),
+        *(("mean distance from the model", mean), (f"95 % of the {one}s are within", within["95"])),
         ("largest distance from the model", largest),
     ]
     table, excluded = comparison.fit.model.fit, len(comparison.fit.excluded_rows)
@@ -144,9 +145,10 @@ def arm_certificate(name: str, comparison: Comparison, files: Sequence[Source] =
     facts.append((f"noise per {kind.each}", "not known" if noise is None else f"{noise:.3f} {kind.unit}"))
     accuracy = [(what, "" if value is None else f"{value:.3f}", "", "") for what, value in figures]
     columns = ("figure", f"found [{kind.unit}]", f"required [{kind.unit}]", "accepted")
-    parts = [_part("Pose accuracy and repeatability after ISO 9283", columns, accuracy, BY_HAND)]
+    figures_title = "Pose accuracy and repeatability after ISO 9283" if one == "pose" else "Readings beside the model"
+    parts = [_part(figures_title, columns, accuracy, BY_HAND)]
     kinds = [
-        ("poses, repeatability and noise", "measured", "the rows of the tables"),
+        (f"{one}s, repeatability and noise", "measured", "the rows of the tables"),
         ("distance from the model", "measured less computed", "the rows of the tables, and the model at their joints"),
     ]
     parts.append(_part(KIND, KIND_COLUMNS, kinds))

@@ -15,6 +15,7 @@ from postproc.estimation.findings import implausible
 from postproc.estimation.fitted import Fit
 from postproc.estimation.recorded import expected_remaining, recorded_model, silent
 from postproc.identification.add import fit_effects
+from postproc.identification.compare import compare
 from postproc.identification.diagnosis import shortage
 from postproc.identification.predict import Prediction, predict_rows
 from postproc.measure.checks.setups import LoadChanges, find_strays
@@ -25,6 +26,7 @@ from postproc.measure.read.table import read_measurements
 from postproc.measure.read.terms import Reading
 from postproc.model.arm import Model
 from postproc.model.uncertainty.prediction import derivatives, read_uncertainty
+from postproc.results.improve.comparison import comparison_document
 from postproc.robot.catalogue import load_robot
 from postproc.robot.pose import transform
 from tests.bench.shop.arms import ROBOTS, Shop, shop
@@ -89,12 +91,18 @@ def test_twelve_gauge_readings_tell_the_change_under_load_anywhere() -> None:
     assert silent(fit) == ["tool_frame", "joint_offset"]  # of which a change under load shows nothing
 
 
-def test_the_share_that_remains_falls_by_readings() -> None:
+def test_the_share_that_remains_falls_by_readings_which_have_no_axes() -> None:
     s = an_arm()
-    both = expected_remaining(fitted(gauges(np.random.default_rng(SEED), s), s, ("joint_compliance",)))
+    fit = fitted(gauges(np.random.default_rng(SEED), s), s, ("joint_compliance",))
+    both = expected_remaining(fit)
     assert both is not None
     _, (before, after) = both
     assert after[1] < 0.5 * before[1]
+    model = recorded_model(fit)
+    assert model.fit["each"] == "reading"
+    found = comparison_document("t", compare(model, fit.data))
+    assert found.sentence.startswith("A reading is") and "iso9283" not in found.values
+    assert found.values["per_reading_mm"].keys() == {"reading"}
 
 
 @pytest.mark.parametrize("kind", ["tip", "distance+b", "between"])

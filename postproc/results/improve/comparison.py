@@ -83,10 +83,12 @@ def comparison_values(comparison: Comparison) -> Values:
     far = sizes(comparison.fit.observed_error, kind) * 1e3
     names = [str(j) for j in range(1, 7)] if kind.name == "joint" else "xyz"
     axes = zip(names, comparison.error.T, strict=True)
-    measured = [(name, column[np.isfinite(column)]) for name, column in axes]
+    measured = [(name, numbers) for name, column in axes if len(numbers := column[np.isfinite(column)])]
+    if kind.each == "reading" and len(measured) == 1:  # of one number, in a direction of its own
+        measured = [("reading", measured[0][1])]
     kept = np.isin(np.arange(len(data)), comparison.fit.excluded, invert=True)
     rotation = comparison.fit.problem.error[kept, 3:6] if data.rotation is not None else None
-    space = kind.name == "position"
+    space = kind.name == "position" and kind.each == "axis"
     iso_values = {
         "accuracy_mean_mm": round(iso.accuracy_mean, 6),
         "accuracy_max_mm": round(iso.accuracy_max, 6),
@@ -105,7 +107,7 @@ def comparison_values(comparison: Comparison) -> Values:
         key("maximum"): round(float(np.max(known)), 6),
         key("percentiles"): {p: round(float(np.percentile(known, float(p))), 6) for p in WITHIN},
         key(f"per_{kind.each}"): {
-            name: {"rms": mm(rms(column)), "mean": mm(float(column.mean()))} for name, column in measured if len(column)
+            name: {"rms": mm(rms(column)), "mean": mm(float(column.mean()))} for name, column in measured
         },
         **({"rotation_rms_mrad": None if rotation is None else round(1e3 * rms(rotation), 6)} if space else {}),
         **({"iso9283": iso_values} if space else {}),
@@ -175,8 +177,11 @@ def _sentence(comparison: Comparison, values: Values) -> str:
     excluded = "a row that lies" if len(rows) == 1 else f"{len(rows)} rows that lie"
     without = f", without {excluded} far from everything else" if rows else ""
     along = f" along {' and '.join(axes)}" if kind.name == "position" and len(axes) in (1, 2) else ""
+    from_model = f"from where the model says{along}"
+    if kind.each == "reading":
+        subject, from_model = {kind.name: "A reading is"}, "from what the model says"
     return (
-        f"{subject[kind.name]} {values[kind.key('mean')]:.3f} {kind.unit} from where the model says{along}, "
+        f"{subject[kind.name]} {values[kind.key('mean')]:.3f} {kind.unit} {from_model}, "
         f"{values[kind.key('maximum')]:.3f} {kind.unit} at worst (rms {values[kind.key('rms')]:.3f} {kind.unit} per "
         f"{kind.each}){without}; {noise_text}."
     )
@@ -207,9 +212,10 @@ def _figures(values: Values, comparison: Comparison) -> list[DataTable]:
     kind = comparison.fit.observed
     digits = decimals_of(values[kind.key("noise")] or 0.0)
     within, along = values[kind.key("percentiles")], values[kind.key(f"per_{kind.each}")]
+    one = "reading" if kind.each == "reading" else "pose"
     single = [
-        *((f"{share} of the poses are within", within[p]) for p, share in WITHIN.items()),
-        ("worst pose", values[kind.key("maximum")]),
+        *((f"{share} of the {one}s are within", within[p]) for p, share in WITHIN.items()),
+        (f"worst {one}", values[kind.key("maximum")]),
         *iso_figures(values),
     ]
     axes = [(name, float(v["rms"]), float(v["mean"]) + 0.0) for name, v in along.items()]
@@ -220,7 +226,7 @@ def _figures(values: Values, comparison: Comparison) -> list[DataTable]:
 
 
 def iso_figures(values: Values) -> list[tuple[str, Any]]:
-    """Return ISO 9283 figures as (label, value [mm]); empty where no position was measured.
+    """Return ISO 9283 figures as (label, value [mm]); empty where no position was measured, as of readings.
 
     Args:
         values: the document of the comparison.

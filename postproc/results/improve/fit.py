@@ -173,7 +173,11 @@ def fit_values(fit: Fit, before: Values | None = None) -> Values:
         "schema": "postproc/fit/1",
         "observed": fit.observed.name,
         **error_values(fit),
-        **({"rms_3d_mm": mm(fit.rms * np.sqrt(3))} if fit.observed.name == "position" else {}),
+        **(
+            {"rms_3d_mm": mm(fit.rms * np.sqrt(3))}
+            if fit.observed.name == "position" and fit.data.readings is None
+            else {}
+        ),
         **noise_values(fit),
         "rows": len(fit.data) + len(fit.data.wrong),
         "set_aside_rows": [row for _, row in fit.excluded_rows],
