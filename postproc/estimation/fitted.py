@@ -159,7 +159,11 @@ class Fit(Solution):
 
     @cached_property
     def sigma(self) -> dict[tuple[str, int], float]:
-        """Standard deviation of each parameter, by effect key and index in the effect's vector."""
+        """Standard deviation of each parameter, by effect key and index in the effect's vector.
+
+        It is that about the mean of the `posterior`, where `settled` puts the fit: what the rows alone hardly tell may
+        stand many deviations from there.
+        """
         names = (*self.posterior.names, *self.posterior.unidentifiable)
         return dict(zip(names, self.posterior.deviations.tolist(), strict=True))
 

@@ -163,16 +163,22 @@ def objective_of(fit: Solution, names: Sequence[Name], count: int, scatter: floa
         names: (effect key, index) of the parameters; count: of those among them that are determined, which come first.
         scatter: as in `posterior_of`.
     """
-    penalty = np.zeros(len(names))
-    penalty[: len(fit.parameters)] = fit.penalty
-    prior, start = prior_at(fit.model, fit.model.effects, names), of_parameters(fit.model.effects, names)
-    # A frame may be anywhere, and the penalty of a free function is its prior.
-    free = np.array([k < count and key in fit.problem.anywhere for k, (key, _) in enumerate(names)], dtype=bool)
-    prior = replace(prior, spread=np.where(free | (penalty > 0), np.inf, prior.spread))
+    penalty, prior = penalty_and_prior(fit, names, count)
+    start = of_parameters(fit.model.effects, names)
     columns = _columns(fit, names)
     gram = (columns.T @ columns + np.diag(penalty**2)) / scatter
     pull = (columns.T @ fit.problem.residual - penalty**2 * start) / scatter
     return Objective(gram, pull, start, prior, columns)
+
+
+def penalty_and_prior(fit: Solution, names: Sequence[Name], count: int) -> tuple[Array, Prior]:
+    """Return the weights (p,) of the smoothness penalty and the prior of some parameters, as in `objective_of`."""
+    penalty = np.zeros(len(names))
+    penalty[: len(fit.parameters)] = fit.penalty
+    prior = prior_at(fit.model, fit.model.effects, names)
+    # A frame may be anywhere, and the penalty of a free function is its prior.
+    free = np.array([k < count and key in fit.problem.anywhere for k, (key, _) in enumerate(names)], dtype=bool)
+    return penalty, replace(prior, spread=np.where(free | (penalty > 0), np.inf, prior.spread))
 
 
 def _visible(

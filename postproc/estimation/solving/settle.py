@@ -9,12 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
+from postproc.diagnostics import PostprocError
 from postproc.effects.asking import of_parameters, with_parameters
 from postproc.effects.base import Effect
 from postproc.effects.roles import Role
 from postproc.effects.similarity import ordinary_sizes
 from postproc.estimation.fitted import Fit
+from postproc.estimation.posterior import Posterior, penalty_and_prior
 from postproc.estimation.priors import Prior, is_placed, prior_at
+from postproc.estimation.problem import Problem
 from postproc.estimation.solving.determined import slope
 from postproc.model.arm import StatedPrior
 
@@ -23,7 +26,8 @@ LIKELIER = 50.0
 parameters of a kind: few numbers say little of their size."""
 SIZE_FACTORS = (0.3, 0.1)
 """Factors of the ordinary sizes that an arm may have: some are calibrated well."""
-SETTLE_PASSES = 4
+SETTLE_PASSES, LEAST_SHARE = 8, 1 / 8
+"""Steps that are made at most, and the share of a step below which it is none."""
 SETTLED_CHANGE = 0.02
 """Standard deviations below which a move of every parameter is none."""
 
@@ -31,24 +35,53 @@ SETTLED_CHANGE = 0.02
 def settled(fit: Fit) -> Fit:
     """Return the fit at the likeliest parameters of its posterior, where what no row shows stands at its prior.
 
-    The model bends little on the way: the posterior is computed again where it moves by more than `SETTLED_CHANGE`.
+    The posterior is that of the model as it is linear at the fit, and is computed again where it moves by more than
+    `SETTLED_CHANGE`. The first step is made whole: from far out in a bent valley of equal fits it leads to where the
+    model hardly bends. Each further one is halved until the fit becomes likelier.
     """
-    for _ in range(SETTLE_PASSES):
+    for sweep in range(SETTLE_PASSES):
         after = fit.posterior
         names = (*after.names, *after.unidentifiable)
         before = of_parameters(fit.model.effects, names)
-        effects = with_parameters(fit.model.effects, names, after.mean)
-        problem = fit.problem.at(effects)
-        ends = {e.key: np.any(e.vector() == np.stack(e.bounds()), axis=0) for e in effects}
+        far = np.any(np.abs(after.mean - before) > SETTLED_CHANGE * after.deviations)
+        problem = _nearer(fit, after, before, likelier=bool(far and sweep))
+        if problem is None:
+            break
+        ends = {e.key: np.any(e.vector() == np.stack(e.bounds()), axis=0) for e in problem.model.effects}
         stopped = {(key, i) for key, i in fit.at_bound if ends[key][i]}
         at = slope(problem, fit.free, stopped, fit.strength, fit.parameters)
-        moved = np.abs(after.mean - before) / np.maximum(after.deviations, 1e-300)
-        bound = tuple(sorted(stopped))
-        fit = replace(fit, problem=problem, at_bound=bound, **at.shared)
-        if not (moved > SETTLED_CHANGE).any():
+        fit = replace(fit, problem=problem, at_bound=tuple(sorted(stopped)), **at.shared)
+        if not far:
             break
     pull, centre = _pulled(fit)
     return replace(fit, pull=pull, centre=centre)
+
+
+def _nearer(fit: Fit, after: Posterior, before: Array, likelier: bool) -> Problem | None:
+    """Return the problem a step nearer to the mean of its posterior; None where no step will do.
+
+    Args:
+        before: (p,) where the parameters stand; likelier: whether the step must make the fit likelier.
+    """
+    names, scatter = (*after.names, *after.unidentifiable), fit.scatter_of_parameters
+    penalty, prior = penalty_and_prior(fit, names, len(after.names))
+
+    def cost(problem: Problem) -> float:
+        """Return minus twice the logarithm of the posterior density, but for a constant; inf where no arm balances."""
+        x = of_parameters(problem.model.effects, names)
+        try:
+            return float(np.sum(problem.residual**2) + np.sum((penalty * x) ** 2)) / scatter + prior.cost(x)
+        except PostprocError:
+            return np.inf
+
+    share, most = 1.0, cost(fit.problem) if likelier else np.finfo(float).max
+    while share >= LEAST_SHARE:
+        effects = with_parameters(fit.model.effects, names, before + share * (after.mean - before))
+        problem = fit.problem.at(effects)
+        if cost(problem) <= most:
+            return problem
+        share /= 2
+    return None
 
 
 def settled_by_size(fit: Fit) -> Fit:

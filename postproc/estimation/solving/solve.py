@@ -20,7 +20,7 @@ from postproc.estimation.solving.start import FEWEST_POSES_TO_PLACE
 from postproc.estimation.solving.step import Masks, Name, Slope, sizes
 from postproc.measure.checks.repeats import Noise
 
-FIT_SWEEPS = 40
+FIT_SWEEPS = 60
 ROUNDS = 6
 """Sweeps in which weights follow the residual; twice as many for robust fits."""
 BENT_SHARE = 0.02
@@ -31,9 +31,11 @@ SETTLED, ROUGHLY = 1e-7, 1e-4
 """Share of the sum of squares below which a step is none; for a fit that only has to be compared with others."""
 LEAST_STEP_SHARE = 1e-3
 """Share of what one number has of the sum of squares: steps below it are a thirtieth of a standard deviation."""
-LEAST, FREED, UNFAITHFUL = 1e-3, 1e-6, 1e-2
+LEAST, FREED, UNFAITHFUL = 1e-3, 1e-8, 1e-2
 """Damping with which steps begin to be shortened and below which they are free again, and the share of the predicted
 fall below which a step is none. Freed too soon, every second step in a bent valley begins from ``LEAST`` anew."""
+EASED = 0.1
+"""Least factor between the damping of a step and of the next one."""
 
 
 @dataclass(frozen=True)
@@ -224,7 +226,8 @@ def advance(
 ) -> tuple[Problem, float, set[Name], float]:
     """Make one step at which the cost falls, damped more until it does, at most ``tries`` times.
 
-    The better the fall of a step agrees with the prediction, the less the next one is damped (Nielsen 1999).
+    The better the fall of a step agrees with the prediction, the less the next one is damped; from a step that does not
+    lower the cost on, by a factor 2, 4, 8 .. more (Nielsen 1999).
 
     Args:
         at: slope of the residual; little: predicted fall of the cost below which no step is made.
@@ -236,7 +239,7 @@ def advance(
     """
     stopped: set[Name] = set()
     now = at.cost(problem)
-    for _ in range(tries):
+    for failed in range(tries):
         step, stopped = at.damped(damping).step(problem)
         predicted = now - at.predicted_cost(problem, step)
         if predicted <= little:
@@ -248,9 +251,9 @@ def advance(
             cost = np.inf
         faithful = (now - cost) / predicted
         if faithful > UNFAITHFUL:
-            damping *= max(0.2, 1 - (2 * faithful - 1) ** 3)
+            damping *= max(EASED, 1 - (2 * faithful - 1) ** 3)
             if damping < FREED:
                 damping = 0.0 if faithful > 0.25 else LEAST
             return trial, now - cost, stopped, damping
-        damping = max(4 * damping, LEAST)
+        damping = 2.0 ** (failed + 1) * damping if damping else LEAST
     return problem, 0.0, stopped, damping
