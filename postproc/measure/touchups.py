@@ -155,7 +155,10 @@ def _uses(one: MotionEvent, two: MotionEvent) -> Iterator[tuple[tuple[object, ..
         if isinstance(was, JointTarget) and isinstance(now, JointTarget):
             yield key, JOINTS if was.robax != now.robax else ""
         replaced = origin.declaration != origin_was.declaration
-        if not isinstance(was, RobTarget) or not isinstance(now, RobTarget) or two.reason is not None or replaced:
+        if not isinstance(was, RobTarget) or not isinstance(now, RobTarget) or replaced:
+            continue
+        if two.reason is not None:  # with a tool, frame or load that nobody knows
+            yield key, SEVERAL_CONDITIONS if was != now else ""
             continue
         places = (one.displacement, was), (two.displacement, now)
         before, after = (pose_mult(displacement, Pose(x.trans, x.rot)) for displacement, x in places)
