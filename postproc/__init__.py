@@ -131,7 +131,7 @@ def read_measurements(file: str | Path, robot: str | Model, column_map: str | Pa
 
     Args:
         file: CSV file.
-        robot: the arm that was measured, by its name or file; or its model, whose external axes and tool count then.
+        robot: the arm that was measured, by its name or file; or its model: mounting, external axes and tool count.
         column_map: TOML file that says what columns are called.
 
     Raises:
@@ -146,7 +146,7 @@ def read_measurements(file: str | Path, robot: str | Model, column_map: str | Pa
     layout = None if column_map is None else read_source(column_map)
     if not isinstance(robot, Model):
         return read_table(read_source(file), load_robot(robot), column_map=layout)
-    terms = Reading(station=robot.station, tool=robot.T_flange_tcp)
+    terms = Reading(station=robot.station, tool=robot.T_flange_tcp, gravity=robot.gravity)
     return read_table(read_source(file), robot.robot, column_map=layout, terms=terms)
 
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,6 +27,7 @@ from postproc.measure.read.layout import read_column_map
 from postproc.measure.read.table import read_measurements
 from postproc.measure.read.terms import Reading
 from postproc.model.arm import Model
+from postproc.model.file import parse_model
 from postproc.model.uncertainty.prediction import derivatives, read_uncertainty
 from postproc.results.improve.comparison import comparison_document
 from postproc.robot.catalogue import load_robot
@@ -33,6 +36,7 @@ from tests.bench.shop.arms import ROBOTS, Shop, shop
 from tests.bench.shop.judge import asked_gauges, unseen_rows
 from tests.bench.shop.refit import PRIOR, placed, refit, rms, tcp
 from tests.bench.shop.sets import Rows, csv_of, gauges, joined, real_tcp, table, tips
+from tests.independent import arm as A
 
 ROBOT, SEED = "irb1600_10_145", 3
 BASE = ("tool_frame", "joint_offset", "joint_compliance")
@@ -46,12 +50,10 @@ def an_arm() -> Shop:
     return shop(ROBOT, SEED, geometry=False)
 
 
-def read(rows: Rows, s: Shop, measured: bool = True) -> Measurements:
-    """What the product reads of the rows."""
-    terms = Reading(tool=transform(s.tool))
-    return read_measurements(
-        Source("t.csv", csv_of(rows).encode()), load_robot(s.robot), None, None, measured, terms=terms
-    )
+def read(rows: Rows, s: Shop, measured: bool = True, text: str = "", **more: Any) -> Measurements:
+    """What the product reads of the rows, or of a text of them."""
+    terms, source = Reading(tool=transform(s.tool), **more), Source("t.csv", (text or csv_of(rows)).encode())
+    return read_measurements(source, load_robot(s.robot), None, None, measured, terms=terms)
 
 
 def fitted(rows: Rows, s: Shop, effects: tuple[str, ...] = BASE) -> Fit:
@@ -272,6 +274,25 @@ def test_gauges_that_agree_give_no_finding(robot: str, count: int) -> None:
         s = shop(robot, seed)
         found = read(gauges(np.random.default_rng(seed), s, count), s).diagnostics
         assert not [d for d in found if d.code in ("DAT041", "DAT009")]
+
+
+ROTATED = '[[external_axes]]\naxis = "a"\nkind = "rotary"\ncarries = "robot"\nquat = [0.5, 0.5, 0.5, 0.5]\n'
+
+
+@pytest.mark.parametrize("way", [(0.0, 0.0, 1.0), (1.0, 0.0, 0.0), None], ids=["ceiling", "wall", "turning"])
+def test_a_weight_pulls_along_gravity_however_the_base_stands(way: tuple[float, ...] | None) -> None:
+    """On a turning base, about the world's x by 30 degrees more at each set-up, gravity is that of the row."""
+    s, g, turn = an_arm(), np.random.default_rng(SEED), np.repeat(np.arange(30.0, 210.0, 30.0), 2)
+    down = np.array(way or np.swapaxes(A.rotation(np.array([1.0, 0, 0]), np.radians(turn)), 1, 2) @ [0.0, 0, -1])
+    rows = gauges(g, replace(s, cell=replace(s.cell, gravity=9.81 * down)), 6)
+    header, *lines = csv_of(rows).splitlines()
+    turning = [f"{header},eax_a", *(f"{line},{x:g}" for line, x in zip(lines, turn, strict=True))]
+    station = parse_model(Source("m.toml", f'robot = "{ROBOT}"\n{ROTATED}'.encode())).station
+    told: dict[str, Any] = {"gravity": 9.81 * down} if way else {"station": station, "text": "\n".join(turning)}
+    data = read(rows, s, **told)
+    assert [d.code for d in data.diagnostics if d.severity == "warning"] == ["DAT042"] and not data.wrong
+    with suppress(PostprocError):  # of an arm on the floor they contradict themselves
+        assert "DAT041" in {d.code for d in read(rows, s).diagnostics}
 
 
 def swapped(reading: float) -> float:

@@ -106,7 +106,7 @@ class TableOptions:
             help_ = f"those that can be are {', '.join(ACCEPTABLE)}"
             raise PostprocError.of("CLI010", f"`--accept {unknown[0]}`: this finding cannot be accepted", help=help_)
         joints, layout = (read_source(file) if file else None for file in (self.joints, self.columns))
-        terms = Reading(self.rows_in_order, frozenset(self.accept), joints, arm.station, arm.T_flange_tcp)
+        terms = Reading(self.rows_in_order, frozenset(self.accept), joints, arm.station, arm.T_flange_tcp, arm.gravity)
         side_sources = [read_source(str(path), read_only=True) for path in self.side_files]
         run = [read_source(self.program), *side_sources] if self.program else None
         table = read_tables([read_source(name) for name in data], arm.robot, run, layout, measured, terms=terms)

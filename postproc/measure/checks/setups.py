@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from postproc.arrays import GRAVITY, Array
+from postproc.arrays import Array
 from postproc.channels.state import State
 from postproc.diagnostics import Diagnostic, Severity, joined
 from postproc.measure.kinds.gauge import Gauge
@@ -131,8 +131,8 @@ class LoadChanges:
 
 
 def _alike(state: State) -> NDArray[np.intp]:
-    """Return (n,) the same number for rows of one set-up, at the same joints reached alike, under the same loads."""
-    parts = [np.asarray(state.setup, dtype=float)[:, None], state.q]
+    """Return (n,) the same number for rows of one set-up, at the same posture reached alike, under the same loads."""
+    parts = [np.asarray(state.setup, dtype=float)[:, None], _posture(state)]
     for channel in (state.approach, state.payload_mass, state.payload_center, state.wrench):
         parts += [] if channel is None else [channel.reshape(len(state), -1)]
     return np.asarray(np.unique(np.nan_to_num(np.hstack(parts)).round(6), axis=0, return_inverse=True)[1].ravel())
@@ -171,7 +171,8 @@ def _check_repeated(data: Measurements, alike: NDArray[np.intp], cells: Cells) -
     if data.readings is None:
         return
     value = data.readings.numbers[:, 0]
-    sets = [rows for k in np.unique(setup[gauges]) if _stands(data.state.q[rows := gauges[setup[gauges] == k]])]
+    q = _posture(data.state)
+    sets = [rows for k in np.unique(setup[gauges]) if _stands(q[rows := gauges[setup[gauges] == k]])]
     states = [[rows[alike[rows] == state] for state in np.unique(alike[rows])] for rows in sets]
     usual = _usual_miss(value[gauges], [value[same] for some in states for same in some if len(same) > 1])
     for some in states:
@@ -193,8 +194,14 @@ def _check_repeated(data: Measurements, alike: NDArray[np.intp], cells: Cells) -
             yield cells.finding("DAT041", "warning", message, help_, int(far[0])), far
 
 
+def _posture(state: State) -> Array:
+    """Return joint angles (n, 6) [rad]; beside them the positions of external axes [m], [rad], if there are any."""
+    axes = state.external_axes
+    return state.q if axes is None else np.hstack([state.q, np.nan_to_num(axes)])
+
+
 def _stands(q: Array) -> bool:
-    """Return whether the arm stands still in rows (m, 6) [rad]."""
+    """Return whether the arm stands still in rows (m, 6 or 12) of `_posture`."""
     return bool(np.ptp(q, axis=0).max() < SAME_RAD)
 
 
@@ -229,12 +236,12 @@ def _changes(
         return None
     first: dict[int, int] = {}
     states: dict[int, list[int]] = {}
-    pairs = []
+    pairs, q = [], _posture(state)
     for i in gauges:
         states.setdefault(int(alike[i]), []).append(i)
         start = first.setdefault(int(np.asarray(state.setup)[i]), i)
         apart = alike[i] != alike[start] and states[int(alike[i])][0] == i
-        if apart and np.abs(state.q[i] - state.q[start]).max() < SAME_RAD:
+        if apart and _stands(q[[start, i]]):
             pairs.append((start, i))
     if not pairs:
         return None
@@ -242,7 +249,8 @@ def _changes(
     at_tcp, torque = jacobian(robot, state.q, tool), np.zeros_like(state.q)
     if state.payload_mass is not None:
         centre = transform(np.zeros((len(data), 3)) if state.payload_center is None else state.payload_center)
-        torque -= GRAVITY * state.payload_mass[:, None] * jacobian(robot, state.q, centre)[:, 2]
+        weight = state.payload_mass[:, None] * state.gravity
+        torque += np.einsum("nij,ni->nj", jacobian(robot, state.q, centre)[:, :3], weight)
     if state.wrench is not None:
         torque += np.einsum("nij,ni->nj", at_tcp, state.wrench)
     moved = np.einsum("mi,mij->mj", readings.direction[row], at_tcp[row, :3])
@@ -283,6 +291,8 @@ def _check_single(changes: LoadChanges, data: Measurements, cells: Cells) -> Ite
         help_ = "turn the sign of `nx`, `ny`, `nz` there; until then these rows are not used"
         if severity == "error":
             help_ = "turn the sign of all directions, or of all readings"
+        if severity == "error" or 2 * turned.sum() > sure.sum():
+            help_ += "; is the base mounted as stated (`--mounting`, `[mounting]`)?"
         yield cells.finding("DAT041", severity, message, help_, int(rows[0])), rows
     yield from find_strays(changes.some(~turned), data, cells)
 

@@ -97,6 +97,8 @@ def _rows(
     """
     commanded = _commanded(table, robot, program, terms.station or Station())
     state = with_external_axes(_state(table, commanded), table, terms.station, commanded.extax)
+    if terms.gravity is not None and state.gravity.ndim == 1:
+        state = state.with_(gravity=terms.gravity)
     state, sides_from = _followed(state, table, terms)
     position, T_object = _positions(table), _frames(table, names.OBJECT_POSITION, names.OBJECT_ORIENTATION)
     return Measurements(

@@ -23,6 +23,7 @@ class Reading:
         station: the arm in its cell, where external axes carry it or its work.
         joints: a table of commanded joint angles that stands beside the one that is read.
         tool: (4, 4) TCP in tool0 of rows that do not say it; None for the flange.
+        gravity: (3,) in base axes [m/s^2] of rows in which no turning axis carries the arm; None for a floor.
     """
 
     rows_in_order: bool = False
@@ -30,6 +31,7 @@ class Reading:
     joints: Source | None = None
     station: Station | None = None
     tool: Array | None = None
+    gravity: Array | None = None
 
 
 AS_IT_IS = Reading()

@@ -177,8 +177,8 @@ def _state(tables: Sequence[Measurements], names: Sequence[tuple[str, ...]], fin
     parts = {name: _stacked([getattr(s, name) for s in states], tables, fill) for name, fill in fills.items()}
     # A cell is that of all tables, or of none.
     state = state.with_(station=states[0].station, **parts)
-    if states[0].gravity.ndim == 2:
-        state = state.with_(gravity=np.vstack([s.gravity for s in states]))
+    by_row = states[0].gravity.ndim == 2
+    state = state.with_(gravity=np.vstack([s.gravity for s in states]) if by_row else states[0].gravity)
     if tables[0].tool_known:
         state = state.with_(T_flange_tcp=np.concatenate([s.T_flange_tcp for s in states]))
     return state
