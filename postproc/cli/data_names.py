@@ -28,12 +28,17 @@ def check_names(stated: ProgramOptions, sources: Iterable[Source]) -> None:
     names = {option: split_names(getattr(stated, option, ())) for option in ("taught", "wobj_taught")}
     if not any(names.values()):
         return
+    from postproc.compensation.correction.rigid_shift import UNTAUGHT, WORLD
+
     matches = {match.groups() for source in sources for match in _DECLARED.finditer(source.data)}
     data = {name.decode("latin-1"): (kind or wobj).lower() for kind, wobj, name in sorted(matches, key=str)}
     objects = [name for name, kind in data.items() if kind == b"wobjdata"]
     for option, stated_names in names.items():
-        other = {"all", "wobj0"} if option == "wobj_taught" else set[str]()
+        other = {"all"} if option == "wobj_taught" else set[str]()
         for name in stated_names:
+            if other and name.lower() == WORLD:
+                help_ = "name the work object that was taught; targets that were jogged need no correction"
+                raise PostprocError.of("CLI019", f"`--wobj-taught {name}`: {UNTAUGHT}", help=help_)
             if name.lower() in other.union(map(str.lower, data)):
                 continue
             kind, near = ("a work object", objects) if other else ("data", list(data))

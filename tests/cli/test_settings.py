@@ -98,6 +98,10 @@ def test_what_a_fit_knows_holds_for_the_arm_that_was_measured(samples: Path, tmp
     [
         (("--wobj-taught", "wpat"), "did you mean `wPart`?"),
         (("--wobj-taught", "wPart,xyz"), "the work objects are `wPart` and `wT`"),
+        (
+            ("--wobj-taught", "wobj0"),
+            "name the work object that was taught; targets that were jogged need no correction",
+        ),
         (("--taught", "pHom"), "did you mean `pHome`?"),
         (("--taught", "all"), "name the file that declares it, `--with FILE`"),
     ],
@@ -113,7 +117,8 @@ def test_an_option_that_names_no_data_of_the_program_is_bad_usage(
     for words in (("compensate", program, "-o", out / "one.mod"), ("batch", program.parent, "-o", out)):
         made = call(*words, *option)
         assert (made.code, out.exists()) == (2, False)
-        assert f"error[CLI019]: `{option[0]} {option[1].split(',')[-1]}`: no file declares " in made.err
+        what = "`wobj0` is the base" if "wobj0" in option else "no file declares "
+        assert f"error[CLI019]: `{option[0]} {option[1].split(',')[-1]}`: {what}" in made.err
         assert f"= help: {help_}\n" in made.err
     for names in (("--wobj-taught", "all"), ("--wobj-taught", "WPART"), ("--taught", "phome")):
         assert call("compensate", program, "--check", *names).code == 1

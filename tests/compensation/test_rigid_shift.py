@@ -9,6 +9,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from postproc.compensation.correction.rigid_shift import fit_rigid
+from postproc.results.convert.conclusion import conclusion
+from postproc.results.convert.work_objects import BY_TORCH, TAUGHT, work_object_section
 from tests.build import convert, written
 from tests.compensation.build import NO_FORCE, PROCESS, small, statuses
 
@@ -89,6 +91,21 @@ def test_a_work_object_is_named_by_its_data_where_a_routine_has_got_it() -> None
     weld = f"ArcLStart @{{0,0}},{PROCESS},fine,tT\\WObj:=w; ArcLEnd @{{150,0}},{PROCESS},fine,tT\\WObj:=w;"
     text = small(f"MoveJ @{{0,0}},v500,fine,{ON_WT} Seam wT;", more=f"PROC Seam(PERS wobjdata w) {weld} ENDPROC")
     assert [row["wobj"] for row in convert(text).report["rigid_shift"]] == ["wT"]
+
+
+def test_two_targets_follow_any_shift_and_nobody_teaches_the_world() -> None:
+    """Of two places a rigid motion leaves nothing but their distance: that is no promise for an arm of the type."""
+    two = "MoveJ @{0,0},v200,fine,tT\\WObj:=wT; MoveL @{150,0},v200,fine,tT\\WObj:=wT;"
+    in_world = small("MoveJ p1,v200,fine,tT; MoveL p2,v200,fine,tT;", "p1 1300 -500, p2 1300 -400")
+    programs = (small(two), in_world)
+    taught, world = (convert(text, force=NO_FORCE, wobj_taught=("all",)) for text in programs)
+    (shift,) = taught.report["rigid_shift"]
+    assert shift["left_out"] and shift["places"] == 2 and taught.report["figures"][0]["expected_on_arm_mm"] is None
+    assert "what remains beside that of `wT` is not told" in "".join(conclusion(taught)[1])
+    assert not world.report["rigid_shift"][0]["left_out"] and world.report["figures"][0]["expected_on_arm_mm"]
+    for values, offered in ((taught.report, []), (world.report, []), (convert(programs[0]).report, [TAUGHT])):
+        lines = [block for block in work_object_section(values).blocks if isinstance(block, str)]
+        assert lines == [line.format("wT", BY_TORCH) for line in offered]
 
 
 @pytest.mark.parametrize("name", ["drill_row", "conveyor_shift", "both_ends_follow"])

@@ -163,7 +163,7 @@ def test_a_taught_work_object_on_the_flange_is_left_where_it_was_taught() -> Non
     full, remaining = (convert(seam(), force=(0.0, 0.0, 0.0), wobj_taught=names) for names in ((), ("wPlate",)))
     assert remaining.report["max_error_after_mm"] < 0.01
     (row,) = remaining.report["rigid_shift"]
-    assert row["wobj"] == "wPlate" and row["left_out"]
+    assert row["wobj"] == "wPlate" and row["left_out"] and row["held"]
     before, after = ([o.shift_mm for o in c.outcomes if o.statement.signature.phase] for c in (full, remaining))
     assert max(after) < 0.5 * min(before)
     assert row["rest_mm"] == pytest.approx(max(after), abs=0.01)

@@ -35,7 +35,10 @@ from postproc.rapid.program.program import Program, names_of
 from postproc.robot.pose import displace, pose_error
 
 EVERY = "all"  # in place of names: all work objects were taught with this arm
+WORLD = "wobj0"  # the base or the world of the arm: nobody teaches it
+FEWEST = 3  # places of which a rigid motion does not hold nearly all, whatever their corrections are
 LEVER = 0.05  # share of the farthest spread of the targets below which they say nothing of a turn about that axis
+UNTAUGHT = f"`{WORLD}` is the base or the world of the arm, which nobody teaches"
 _MOST_TARGETS = 500  # targets of a work object that are asked
 _COORDINATE = re.compile(rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 
@@ -51,6 +54,7 @@ class RigidShift:
         residual: largest distance [m] of a correction, under the loads of the program, from that motion.
         omitted: the motion is no part of what is corrected.
         at_welds: the targets of its welds were fitted, as it welds there; else all its targets.
+        held: the robot holds it, and the tool stands. places: number of places that were fitted.
         moves: (k,) indices of the moves to its targets. fitted: (f,) those of them that were fitted.
         T_work_wobj: (4, 4) the work object in the work frame.
     """
@@ -62,6 +66,8 @@ class RigidShift:
     residual: float
     omitted: bool
     at_welds: bool
+    held: bool
+    places: int
     moves: Index
     fitted: Index
     T_work_wobj: Array
@@ -73,6 +79,15 @@ class RigidShift:
         about[:3, 3] = self.center
         about_origin = about @ displace(np.concatenate([self.shift, self.turn])) @ invert(about)
         return self.T_work_wobj @ about_origin @ invert(self.T_work_wobj)
+
+
+def rest_untold(shifts: Sequence[RigidShift]) -> list[str]:
+    """Names of work objects that are left out and whose places are too few to tell what remains beside the shift.
+
+    A rigid motion follows any corrections of two places but for their distance. Where it welds, only welds count.
+    """
+    counted = [shift for shift in shifts if shift.at_welds] or shifts
+    return list(dict.fromkeys(shift.wobj for shift in counted if shift.omitted and shift.places < FEWEST))
 
 
 def fit_rigid(points: Array, shifts: Array) -> tuple[Array, Array, Array]:
@@ -101,7 +116,7 @@ def fit_shifts(model: Model, motion: Motion, program: Program, taught: Sequence[
     Where it welds in a work object, the targets of its welds are fitted, else all. The rest is 0 until `with_rests`.
 
     Args:
-        taught: names of work objects whose motion is left out, in any case; ``all`` for every one.
+        taught: names of work objects whose motion is left out, in any case; ``all`` for every one but `WORLD`.
     """
     to_leave_out = {name.lower() for name in taught}
     name_of = _names_of_objects(program)
@@ -116,16 +131,18 @@ def fit_shifts(model: Model, motion: Motion, program: Program, taught: Sequence[
     burns = np.array([move.welding for move in motion.moves], dtype=bool)
     goes_on = np.array([not move.starts_chain for move in motion.moves], dtype=bool)
     welds = burns | np.append(burns[1:] & goes_on[1:], False)
-    for (name, *_), members in grouped(placed).items():
+    for (name, _, held, _), members in grouped(placed).items():
         moves = np.array(members)
         at_welds = bool(welds[moves].any())
         fitted = moves[welds[moves]] if at_welds else moves
         T_work_wobj = object_matrix(motion.moves[members[0]].event.wobj)
-        omitted = not to_leave_out.isdisjoint((EVERY, name.lower()))
-        poses = _standing(model, motion, _spread_out(motion.samples, fitted))
+        omitted = name.lower() != WORLD and not to_leave_out.isdisjoint((EVERY, name.lower()))
+        spread = _spread_out(motion.samples, fitted)
+        poses = _standing(model, motion, spread)
         points, ends = ((invert(T_work_wobj) @ T)[:, :3, 3] for T in poses)
         center, d, w = fit_rigid(points, ends - points)
-        shifts.append(RigidShift(name, center, d, w, 0.0, omitted, at_welds, moves, fitted, T_work_wobj))
+        told = at_welds, held, len(spread)
+        shifts.append(RigidShift(name, center, d, w, 0.0, omitted, *told, moves, fitted, T_work_wobj))
     return tuple(shifts)
 
 
@@ -237,15 +254,17 @@ def _names_of_objects(program: Program) -> Callable[[MotionEvent], str]:
 
 
 def not_taught(taught: Sequence[str], shifts: Sequence[RigidShift], program: Program) -> Iterator[Diagnostic]:
-    """CMP026, a warning, for each name of ``--wobj-taught`` in whose work object the program has no known target.
+    """CMP026, a warning, for each name of ``--wobj-taught`` that nobody teaches, or in which no target is known.
 
     Args:
         taught: names as the user states them.
     """
-    known = list(dict.fromkeys(shift.wobj for shift in shifts))
+    known = list(dict.fromkeys(shift.wobj for shift in shifts if shift.wobj.lower() != WORLD))
     listed = joined([f"`{other}`" for other in known])
     for name in taught:
         if name.lower() not in {EVERY, *map(str.lower, known)}:
             text = f"no target of the program is known in a work object `{name}`: nothing is left out for it"
-            help_ = did_you_mean(name, known) or f"its targets are in {listed}"
+            help_ = did_you_mean(name, known) or f"its targets are in {listed or f'`{WORLD}`'}"
+            if name.lower() == WORLD:
+                text, help_ = f"{UNTAUGHT}: nothing is left out for it", "take the name out of `wobj_taught`"
             yield Diagnostic("CMP026", "warning", text, program.sources[0], help=help_)

@@ -9,7 +9,7 @@ from math import ceil
 import numpy as np
 
 from postproc.channels.state import State
-from postproc.compensation.correction.rigid_shift import RigidShift
+from postproc.compensation.correction.rigid_shift import WORLD, RigidShift
 from postproc.compensation.options import Options
 from postproc.compensation.path.motion import Motion
 from postproc.compensation.plan import CorrectionPlan
@@ -124,7 +124,9 @@ def doubt_drawn(shifts: Sequence[RigidShift], moves: Sequence[Move], options: Op
         f"all targets in {joined([f'`{name}`' for name in names])} have the two decimals of a pendant: if they were"
         " jogged onto the work with this arm, they hold its error already, and are corrected twice"
     )
-    help_ = f"if so, leave it out: `--wobj-taught {','.join(names)}`; if they were drawn, all is well"
+    taught = [name for name in names if name.lower() != WORLD]
+    so = f"leave it out: `--wobj-taught {','.join(taught)}`" if taught else "weld with the program as it is"
+    help_ = f"if so, {so}; if they were drawn, all is well"
     return [Diagnostic("CMP024", "warning", text, *place(first.event), help_)]
 
 

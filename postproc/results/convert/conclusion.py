@@ -8,6 +8,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from postproc.compensation.conversion import Conversion
+from postproc.compensation.correction.rigid_shift import FEWEST, rest_untold
 from postproc.compensation.judgement.accuracy import Accuracy, remaining_deflection
 from postproc.compensation.verdict import verdict_of
 from postproc.diagnostics import Diagnostic, Matter, joined
@@ -34,6 +35,9 @@ def conclusion(conversion: Conversion) -> tuple[Tone, list[str]]:
     verdict = verdict_of(judged)
     lines = [verdict.sentence]
     lines += _not_in_figures(values)
+    if untold := rest_untold(judged.shifts):
+        of = joined([f"that of `{name}`" for name in untold])
+        lines.append(f"A rigid shift follows fewer than {FEWEST} targets nearly: what remains beside {of} is not told.")
     if values["figures"]:
         lines += _how_sure(values, conversion.diagnostics, judged.accuracy, conversion.model)
     return verdict.tone, lines
