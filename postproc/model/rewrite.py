@@ -12,7 +12,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.model.arm import Model
 from postproc.robot.cells.cell_file import stated_axes
-from postproc.robot.pose import rpy
+from postproc.robot.pose import rpy, rpy_degrees
 
 TIGHT = re.compile(r"^([^#\n].*\n)(?=\[fit\]$)", re.MULTILINE)
 """A header against the line before it, which is how tomlkit leaves it when a table is added there."""
@@ -49,14 +49,13 @@ def render_model(model: Model, before: str = "") -> str:
 
 def _frames(model: Model, document: Mapping[str, Any]) -> dict[str, Any]:
     """Return the tables ``mounting`` and ``tool``; angles of an equal rotation stay as the document states them."""
-    from scipy.spatial.transform import Rotation
 
     def angles(table: str, R: Array) -> list[float]:
         """Return roll, pitch, yaw [deg] of R; those of the table, if they mean the same rotation."""
         before: list[float] = list(_unwrapped(document.get(table, {})).get("rpy_deg", [0.0, 0.0, 0.0]))
         if np.allclose(rpy(np.radians(np.array(before, float))), R, atol=1e-12):
             return before
-        return [round(float(a), 9) + 0.0 for a in np.degrees(Rotation.from_matrix(R).as_euler("xyz"))]
+        return [float(angle) for angle in rpy_degrees(R)]
 
     tool: dict[str, Any] = {"xyz_mm": [round(float(x) * 1e3, 9) + 0.0 for x in model.T_flange_tcp[:3, 3]]}
     turn = angles("tool", model.T_flange_tcp[:3, :3])

@@ -8,6 +8,9 @@ from scipy.spatial.transform import Rotation
 from postproc.arrays import Array
 from postproc.robot.kinematics import skew
 
+LOCKED = 1e-9
+"""Cosine of a pitch below which roll and yaw turn about one axis."""
+
 
 def transform(translation: Array, rotation: Array | None = None) -> Array:
     """Return the pose [R p; 0 1] of translation (..., 3) [m] and rotation matrix (..., 3, 3)."""
@@ -46,6 +49,18 @@ def between(T: Array, T_other: Array, share: Array) -> Array:
 def rpy(angles: Array) -> Array:
     """Return the rotation Rz(yaw) Ry(pitch) Rx(roll) of fixed-axis angles (roll, pitch, yaw) [rad], as in URDF."""
     return np.asarray(Rotation.from_euler("xyz", angles).as_matrix(), dtype=float)
+
+
+def rpy_degrees(R: Array) -> Array:
+    """Return the angles (3,) [deg] of which `rpy` makes R (3, 3), to 1e-9; roll is 0 where pitch is 90 or -90 degrees.
+
+    Yaw is what is left once roll is turned back: R Rx(-roll) = Rz(yaw) Ry(pitch), which holds for any roll there.
+    """
+    upright = np.hypot(R[2, 1], R[2, 2])
+    roll = np.arctan2(R[2, 1], R[2, 2]) if upright > LOCKED else 0.0
+    side = R[:, 1] * np.cos(roll) - R[:, 2] * np.sin(roll)
+    angles = np.array([roll, np.arctan2(-R[2, 0], upright), np.arctan2(-side[0], side[1])])
+    return np.asarray(np.degrees(angles).round(9) + 0.0)
 
 
 def left_jacobian(vector: Array) -> Array:

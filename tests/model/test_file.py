@@ -16,6 +16,7 @@ from postproc.model.file import default_model, parse_model, read_model
 from postproc.model.rewrite import render_model
 from postproc.robot.catalogue import ARMS
 from tests.build import refused
+from tests.independent import arm as A
 
 MODEL = """# our cell
 robot = "irb4600_60_205"            # the big one
@@ -121,6 +122,17 @@ def test_writing_keeps_comments_and_changes_only_what_changed(tmp_path: Path):
     write_model(path, model.with_effects(model.effects[0]))
     assert [e.key for e in read_model(path).effects] == ["joint_compliance"]
     assert [p.name for p in tmp_path.iterdir()] == ["cell.toml"]
+
+
+@pytest.mark.parametrize("rpy_deg", [(10, 90, 20), (0, -90, 0), (180, 0, 0), (5, 90 - 1e-7, -170), (12, -34, 156)])
+def test_any_mounting_is_written_as_it_is(rpy_deg: tuple[float, ...]):
+    """On a wall roll and yaw turn about one axis: roll is 0 then."""
+    roll, pitch, yaw = (A.rotation(axis, np.radians(x)) for axis, x in zip(np.eye(3), rpy_deg, strict=True))
+    R = yaw @ pitch @ roll
+    again = parsed(render_model(replace(default_model("irb4600_60_205"), R_world_base=R)))
+    np.testing.assert_allclose(again.R_world_base, R, atol=1e-9)
+    written = render_model(again).partition("rpy_deg = ")[2]
+    assert abs(rpy_deg[1]) != 90 or written.startswith("[0.0, ")
 
 
 def test_a_new_file_reads_back_as_the_same_model(tmp_path: Path):

@@ -106,10 +106,10 @@ def plan_first(
 def _stands(arm: Model, stated: ArmOptions) -> list[str]:
     """Return options of ``fit`` that state what was planned for: as stated, else mounting and tool of a model file."""
     import numpy as np
-    from scipy.spatial.transform import Rotation
 
-    turned = Rotation.from_matrix(arm.R_world_base).as_euler("xyz", degrees=True)
-    numbers = [] if stated.cell is not None else [("--mounting", turned)]
+    from postproc.robot.pose import rpy_degrees
+
+    numbers = [] if stated.cell is not None else [("--mounting", rpy_degrees(arm.R_world_base))]
     numbers += [] if stated.tool is not None else [("--tool", 1e3 * arm.T_flange_tcp[:3, 3])]
     words = [(option, ",".join(f"{x + 0.0:.6g}" for x in vector)) for option, vector in numbers if np.any(vector)]
     return [*(word for pair in words for word in pair), *stated.words()]
