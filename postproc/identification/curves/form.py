@@ -204,20 +204,21 @@ class CurveForm:
         """Description of the curve in words, without other curves to widen its numbers."""
         return self.sentence_with()
 
-    def sentence_with(self, equivalent: Sequence[CurveForm] = ()) -> str:
-        """Return the curve in words, its numbers with the range that equally good curves leave open.
+    def sentence_with(self, limits: Sequence[Edge] = ()) -> str:
+        """Return the curve in words, its numbers with the range that the rows leave open.
 
         Args:
-            equivalent: curves that fit the data equally well; those with the same functions widen the ranges.
+            limits: lowest and highest value of each number; by default they are told without a range.
         """
         if self.sentence:
             return self.sentence
-        same = [p for p in equivalent if [c for c, _ in p.factors] == [c for c, _ in self.factors]]
-        sentence, first = "", 0
+        sentence, left = "", list(limits) or [(x, x) for x in self.numbers]
         for curve, signal, numbers in self.each:
-            every = ([x, *(p.numbers[first + k] for p in same)] for k, x in enumerate(numbers))
-            spans = [span_of(signal, kind, some) for kind, some in zip(curve.numbers, every, strict=True)]
-            first += len(numbers)
+            ranges, left = left[: len(numbers)], left[len(numbers) :]
+            # To either side as far as to the farther: the number that is told is that of the model.
+            reach = [max(high - x, x - low) for x, (low, high) in zip(numbers, ranges, strict=True)]
+            every = zip(curve.numbers, numbers, reach, strict=True)
+            spans = [span_of(signal, kind, (x - r, x + r)) for kind, x, r in every]
             noun = curve.noun or (curve.sentence if signal.of else curve.sentence + " of {label}")
             word = curve.words(curve.sentence if len(self.factors) == 1 else noun, signal, numbers, spans)
             sentence += (" " if curve.switch else " times ") * bool(sentence) + word

@@ -2,5 +2,5 @@
 
 Of the library: the `forms` of each effect, the best `composition` of them as a `candidate`, its `gain` (a score test),
 and what only shapes an effect moved to where it explains most (`nonlinear`). Of `curves`: each at every `place`; what
-is told of the best are `suspects`.
+is told of the best are `suspects`, with the `limits` of their numbers.
 """

@@ -9,13 +9,15 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.effects.terms import SEATED
-from postproc.estimation.evidence import schwarz
+from postproc.estimation.evidence import ROUNDING_SHARE, schwarz
 from postproc.estimation.linear import Linear
 from postproc.estimation.problem import Problem
 from postproc.identification.curves.families import CurveForms
-from postproc.identification.curves.form import CurveForm, times_form
-from postproc.identification.curves.functions import FINE, sharper
+from postproc.identification.curves.form import Block, CurveForm, Edge, times_form
+from postproc.identification.curves.functions import sharper
 from postproc.identification.curves.prior import UNNAMED_LOG_PRIOR, off_everywhere
+from postproc.identification.curves.signal import unit
+from postproc.identification.screen.limits import limits
 from postproc.identification.screen.place import Place, excess_over_noise, taken_off, with_and_without_a_row
 from postproc.identification.screen.suspects import Suspect, places
 
@@ -26,8 +28,6 @@ SHARPER, NARROWER, SWITCHED = 1.65, 2.5, 3.0
 third of the rows than the same in all."""
 SHAPED, FINER = 2, 1.2
 """How often a curve is refined until it has its final shape; as much more it may take off when only its numbers are."""
-INDISTINCT = 4.0
-"""Edges whose worth differs by no more are not told apart: 95 % of the chi-square distribution."""
 Kind = tuple[tuple[str, ...], str]
 """Signals by their labels, and the kind of a curve of them."""
 TOGETHER = 0.97
@@ -109,7 +109,20 @@ class CurveScreen:
         Args:
             where: name of the place; form: the curve; reduction: of the sum of squares; evidence: log evidence.
         """
-        return Suspect(where, self.moves[where], form, reduction, evidence, self.every.price(form), form.channels[0])
+        suspect = Suspect(where, self.moves[where], form, reduction, evidence, self.every.price(form), form.channels[0])
+        return replace(suspect, limits=lambda: self._limits(where, form))
+
+    def _limits(self, where: str, form: CurveForm) -> tuple[Edge, ...]:
+        """Return between which values the rows leave each number of a curve at a place open, in 95 % of experiments."""
+        seen = self._place(where, np.float64)
+
+        def likelihood(numbers: Array) -> Array:
+            """Return (P,) 2 log likelihood of the curve with other numbers (P, K)."""
+            square = seen.linear.square
+            after = square - seen.falls(np.array([unit(some) for some in Block(form, numbers).raw.astype(float)]).T)
+            return np.asarray(-seen.linear.freedom * np.log(np.maximum(after, ROUNDING_SHARE * square)))
+
+        return limits(form, likelihood)
 
     def _tested(self, where: str, form: CurveForm) -> Suspect:
         """Return the suspect of one curve at a place, with its fall of the sum of squares and its log evidence.
@@ -157,27 +170,29 @@ class CurveScreen:
         return np.asarray(schwarz(square, square - falls, seen.count, seen.linear.freedom) - price)
 
     def _strongest(self, where: str, falls: Array, price: Array, made: Made) -> Suspect:
-        """Return the suspect of the best of P curves at a place, with those that fit equally well (`INDISTINCT`).
+        """Return the suspect of the best of P curves at a place.
 
         Args:
             where, falls, price: as in `_evidence_of`; made: returns the k-th curve.
         """
         evidence = self._evidence_of(where, falls, price)
         k = int(np.argmax(evidence))
-        near = np.flatnonzero(evidence > evidence[k] - INDISTINCT)[:FINE].tolist()
-        best = self._suspect(where, made(k), float(falls[k]), float(evidence[k]))
-        return replace(best, equally_good=lambda: map(made, near))
+        return self._suspect(where, made(k), float(falls[k]), float(evidence[k]))
 
     def _seen(self, where: str) -> Place:
-        """Return the prepared `Place` of a name, made once.
-
-        At the ends of arm bodies a constant displacement is fitted beside it.
-        """
+        """Return the prepared `Place` of a name, made once."""
         if where not in self.prepared:
-            place = self.problem.whiten(self.moves[where])
-            linear = self.linear.extended(place) if off_everywhere(where) else self.linear
-            self.prepared[where] = Place(linear, place)
+            self.prepared[where] = self._place(where)
         return self.prepared[where]
+
+    def _place(self, where: str, precision: type = np.float32) -> Place:
+        """Return a place by its name; at the ends of arm bodies a constant displacement is fitted beside it.
+
+        Args:
+            precision: in which curves are tried there.
+        """
+        place = self.problem.whiten(self.moves[where])
+        return Place(self.linear.extended(place) if off_everywhere(where) else self.linear, place, precision)
 
     def _sharpened(self, required: float) -> list[Suspect]:
         """Return refined suspects: numbers on finer grids, and products with switches, where these may become the best.
@@ -206,7 +221,7 @@ class CurveScreen:
                 best, refined = switched[0], [*refined, *products]
         # A curve is no more at home in what moves every direction in its own way.
         others = (where for where in self.moves if where != best.where and self.every.sensible(best.form, where))
-        return [*refined, *(self._tested(where, best.form) for where in others)]
+        return [*refined, *(replace(self._tested(where, best.form), limits=best.limits) for where in others)]
 
     def _evidence_with(self, one: Suspect, times: float, tries: float = 1.0) -> float:
         """Return the log evidence of a suspect if its fall of the sum of squares and its rivals were multiplied.

@@ -70,11 +70,12 @@ class Place:
     A curve has one value a pose, so that all products are summed over the numbers of a pose first.
     """
 
-    def __init__(self, linear: Linear, place: Array) -> None:
+    def __init__(self, linear: Linear, place: Array, precision: type = np.float32) -> None:
         """Sum the products of the place's columns, residual and fitted columns over the numbers of each row.
 
         Args:
             linear: the fit at its present parameters; place: (N, m) whitened derivatives by the place's m moves.
+            precision: of the curves: single precision is twice as fast for many of them.
         """
         self.place = place
         self.pose = np.unique(linear.row)
@@ -82,13 +83,14 @@ class Place:
         self.pairs = [(i, j) for i in range(self.count) for j in range(i, self.count)]
         both = linear.by_row(place, place)
         self.square = np.array([both[:, i, j] for i, j in self.pairs])
-        self.squared: Single = self.square.astype(np.float32)
+        self.squared: Single | Array = self.square.astype(precision)
         inside = linear.by_row(linear.nuisance, place).transpose(2, 1, 0)  # (m, k, n) with the fitted columns
         self.linear, self.residual = linear, linear.by_row(linear.projected_residual[:, None], place)[:, 0].T
-        # What a curve is multiplied with, in single precision, which is twice as fast for many of them.
-        self.straight: Single = np.vstack([*inside, self.residual]).astype(np.float32)
+        self.straight: Single | Array = np.vstack([*inside, self.residual]).astype(
+            precision
+        )  # what a curve is multiplied with
 
-    def falls(self, values: Single) -> Array:
+    def falls(self, values: Single | Array) -> Array:
         """Return (P,) falls of the sum of squares when the place moves by each of P curves with sizes that fit best.
 
         It is b^T G^-1 b, G = C^T M C and b = C^T M y for the columns C of a curve; M projects out the fitted
