@@ -5,15 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from cyclopts import Group, Parameter, Token
 
 from postproc.diagnostics import PostprocError
 from postproc.numbers import read_number
-
-if TYPE_CHECKING:
-    from postproc.arrays import Array
 
 
 def positive(_: object, value: float | None) -> None:
@@ -125,15 +122,6 @@ def parse_vector(option: str, text: str, such_as: str = "200,-200,-200") -> Vect
     """
     x, y, z = parse_numbers(option, text, 3, f"`{option} {such_as}`")
     return x, y, z
-
-
-def parse_tool(text: str, option: str = "--tool", such_as: str = "0,0,250") -> Array:
-    """Parse ``--tool X,Y,Z`` [mm] to a tool (4, 4) that is not turned; CLI006 where these are not three numbers."""
-    import numpy as np
-
-    tool = np.eye(4)
-    tool[:3, 3] = 1e-3 * np.array(parse_vector(option, text, such_as))
-    return tool
 
 
 def parse_channel(text: str) -> tuple[str, float]:

@@ -244,7 +244,7 @@ class ModelFile(FileTable):
         measured_springs: joints whose compliance a fit has measured, for people; the others stand as those of the type.
         mounting: how its base stands in the world.
         tool: nominal tool where a program or a table names none.
-        effects: one table for each effect, by its key.
+        effects: one table for each effect, by its key; without this table the springs are those of the arm's type.
         priors: value, standard deviation and source of parameters that are known from elsewhere than the measured rows,
             by name, such as "joint_offset.offset_rad[2]".
         fit: what a fit noted.
@@ -275,9 +275,16 @@ def default_model(robot_name: str = DEFAULT_ROBOT) -> Model:
         text = f"the stiffness of `{robot.name}` is not known: compensating it needs a fitted model"
         help_ = f"measure it, `postproc fit DATA --robot {robot_name} --effects joint_compliance,.. -o MODEL`, "
         raise PostprocError.of("MOD004", text, help=help_ + "and give that model with -m")
+    springs, source = _of_type(robot)
+    return Model(robot, springs, robot_name=str(robot_name), stiffness_source=source)
+
+
+def _of_type(robot: Robot) -> tuple[tuple[Effect, ...], str]:
+    """Return the springs of an arm's type and where they come from; neither where nobody knows them."""
+    if robot.joint_compliance is None:
+        return (), ""
     source = "estimated" if robot.stiffness_factor is not None else str(robot.stiffness_source)
-    springs = effect_in_role(Role.JOINT_SPRINGS).null().with_vector(robot.joint_compliance)
-    return Model(robot, (springs,), robot_name=str(robot_name), stiffness_source=source)
+    return (effect_in_role(Role.JOINT_SPRINGS).null().with_vector(robot.joint_compliance),), source
 
 
 def read_model(path: str | Path, library: Mapping[str, type[Effect]] | None = None) -> Model:
@@ -303,10 +310,13 @@ def parse_model(source: Source, library: Mapping[str, type[Effect]] | None = Non
     priors = _priors(file, source, known)
     tool = transform(np.array(file.tool.xyz_mm) * 1e-3, rpy(np.radians(file.tool.rpy_deg)))
     mounting = rpy(np.radians(file.mounting.rpy_deg))
-    stated, noted = file.stiffness_source or "", content.get("fit", {})
+    stated, noted = str(file.stiffness_source or ""), content.get("fit", {})
     axes = file.external_axes
     station = station_of(stated_cell(axes, file.mounting, source)) if axes else None
     robot = _robot(file.robot, source)
+    if "effects" not in content and not noted:
+        effects, of_type = _of_type(robot)
+        stated = stated or of_type
     model = Model(robot, effects, mounting, tool, file.robot, noted, stated, station, priors=priors)
     if not model.fit:  # what the user wrote, not a fit
         wrong = [replace(d, source=source, span=span_of(source, ("effects", *keys))) for *keys, d in doubts(model)]

@@ -76,7 +76,7 @@ def _merge(table: Any, content: Mapping[str, Any], prune: tuple[str, ...] = ()) 
             if key not in table:
                 import tomlkit
 
-                table[key] = tomlkit.table(is_super_table=key == "effects")
+                table[key] = tomlkit.table(is_super_table=key == "effects" and bool(value))
             for old in [k for k in table[key] if k not in value] if key in prune or not prune else []:
                 del table[key][old]
             _merge(table[key], value)

@@ -51,6 +51,12 @@ def test_the_commands_after_a_plan_state_what_was_planned_for(call: Call, tmp_pa
     stated = "--mounting 180,0,0 --tool 0,10,300.5 --noise 0.02"
     assert f"`postproc fit {table} --robot irb1600_10_145 {stated} -o MODEL.toml`" in done.err
     assert "where no weight can be hung" in done.err
+    words = ["--kind", "gauge", "--load", "8", "--mounting", "0,90,0", "--tool", "0,0,0.3"]
+    named = call("plan", "irb1600_10_145", "-n", 1, *words, "-o", table)
+    assert "warning[CLI006]: `--tool 0,0,0.3` puts the TCP 0.3 mm from the flange" in named.err
+    assert "--robot irb1600_10_145 --mounting 0,90,0 --tool 0,0,0.3" in named.err
+    twice = call("plan", model, "-n", 1, "--kind", "gauge", "--load", 8, "--mounting", "180,0,0")
+    assert twice.code == 2 and "`--mounting` both say how the base stands" in twice.err
 
 
 def test_the_document_says_what_remains_and_what_no_load_tells(call: Call):

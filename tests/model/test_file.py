@@ -162,6 +162,19 @@ def test_an_arm_of_unknown_stiffness_asks_for_a_fit():
     assert refused(lambda: read_model("nowhere.toml"))[0].code == "MOD001"
 
 
+def test_a_file_without_effects_is_the_arm_of_the_library_as_it_stands():
+    """And an empty table of effects is a rigid arm, also once it was written."""
+    hangs = "[mounting]\nrpy_deg = [180, 0, 0]\n"
+    for name, source in (("irb4600_60_205", "measured"), ("irb1200_5_09", "estimated")):
+        model = parsed(f'robot = "{name}"\n{hangs}')
+        assert model.stiffness_source == source and model.gravity[2] > 9.8
+        assert [e.to_file() for e in model.effects] == [e.to_file() for e in default_model(name).effects] != []
+        assert not parsed(render_model(model.with_effects())).effects
+    assert not parsed(f'robot = "irb4600_60_205"\n{hangs}[effects]\n').effects
+    assert not parsed(f'robot = "irb4600_60_205"\n{hangs}[fit]\nrows = 3\n').effects
+    assert not parsed('robot = "ur10"\n').effects
+
+
 def test_a_model_file_keeps_where_its_stiffness_comes_from():
     text = 'robot = "irb4600_40_255"\nstiffness_source = "estimated"\n[effects.joint_compliance]\n'
     model = parsed(text)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal
 
 from cyclopts import Parameter
 
+from postproc.cli.frames import parse_tool
 from postproc.cli.inputs import read_source
 from postproc.cli.options import (
     CheckFlag,
@@ -17,7 +18,6 @@ from postproc.cli.options import (
     VectorText,
     parse_channel,
     parse_numbers,
-    parse_tool,
     parse_vector,
 )
 from postproc.cli.output import check_outputs, present

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
+from postproc.cli.frames import parse_mounting, parse_tool
 from postproc.cli.improve.for_programs import weld_targets
 from postproc.cli.improve.model_options import ArmOptions, MeasuredOptions
 from postproc.cli.inputs import load_model
-from postproc.cli.options import parse_tool, positive
+from postproc.cli.options import VectorText, positive
 from postproc.cli.output import check_outputs, present, write_together
 from postproc.cli.printing import say, say_next
 from postproc.diagnostics import PostprocError
@@ -33,12 +34,15 @@ class FirstOptions:
         load: mass that is hung on the tool [kg].
         pull: horizontal force of a spring balance at the tool [N], beside or in place of the load.
         signal: digital input that says when a plane is touched.
+        mounting: roll, pitch, yaw of the base of an arm of the library in the world [deg], R,P,Y: 180,0,0 hangs from a
+            gantry. Default: 0,0,0; a model file says its own.
     """
 
     kind: Literal["gauge", "tip", "plane", "distance", "position"] | None = None
     load: Annotated[float | None, Parameter(validator=positive)] = None
     pull: Annotated[float | None, Parameter(validator=positive)] = None
     signal: str = "diTouch"
+    mounting: VectorText | None = None
 
 
 def plan_first(
@@ -80,7 +84,7 @@ def plan_first(
         raise PostprocError.of("CLI017", text, help=help_)
     if pull and kind != "gauge":
         raise PostprocError.of("CLI017", "`--pull` is for a gauge", help="leave it out, or write `--kind gauge`")
-    arm = _arm(name, arm_options)
+    arm = _arm(name, options.mounting, arm_options)
     rated, heaviest = arm.robot.payload, max(load, pull / GRAVITY)
     if rated is not None and heaviest > rated:
         text = f"{heaviest:g} kg are over the rated payload of `{arm.robot.name}`"
@@ -115,11 +119,23 @@ def _stands(arm: Model, stated: ArmOptions) -> list[str]:
     return [*(word for pair in words for word in pair), *stated.words()]
 
 
-def _arm(name: Path, arm_options: ArmOptions) -> Model:
-    """Return the model in a file, or an arm of the library by its name, with springs if somebody knows them."""
+def _arm(name: Path, mounting: str | None, arm_options: ArmOptions) -> Model:
+    """Return the model in a file, or an arm of the library by its name, with springs if somebody knows them.
+
+    Args:
+        mounting: of an arm of the library, R,P,Y [deg].
+
+    Raises:
+        PostprocError: CLI011 where a file says the mounting, too.
+    """
     from postproc.model.arm import Model
     from postproc.robot.catalogue import load_robot
 
-    known = None if name.exists() or name.suffix else Model(load_robot(str(name)), robot_name=str(name))
-    arm = known or load_model(name, arm_options.effects, arm_options.cell)
+    if name.exists() or name.suffix:
+        if mounting is not None:
+            help_ = "write `[mounting]` into the model file"
+            raise PostprocError.of("CLI011", f"`{name}` and `--mounting` both say how the base stands", help=help_)
+        arm = load_model(name, arm_options.effects, arm_options.cell)
+    else:
+        arm = Model(load_robot(str(name)), (), parse_mounting(mounting), robot_name=str(name))
     return arm if arm_options.tool is None else replace(arm, T_flange_tcp=parse_tool(arm_options.tool))

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from postproc.cli.options import VectorText, parse_tool, parse_vector
+from postproc.cli.frames import parse_mounting, parse_tool
+from postproc.cli.options import VectorText
 from postproc.cli.printing import show
 from postproc.diagnostics import PostprocError
 
@@ -69,11 +70,10 @@ class FittedArm:
         from postproc.model.arm import Model
         from postproc.robot.catalogue import doubts, load_robot
         from postproc.robot.cells.cell_file import restated
-        from postproc.robot.pose import rpy
         from postproc.settings import read_station
 
-        arm, turned = load_robot(str(self.robot)), parse_vector("--mounting", self.mounting or "0,0,0", "180,0,0")
+        arm = load_robot(str(self.robot))
         show(doubts(arm))
         tool = np.eye(4) if self.tool is None else parse_tool(self.tool)
-        model = Model(arm, (), rpy(np.radians(turned)), tool, str(self.robot))
+        model = Model(arm, (), parse_mounting(self.mounting), tool, str(self.robot))
         return model if self.cell is None else model.at_station(restated(read_station(self.cell)))

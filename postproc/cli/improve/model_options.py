@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from postproc.cli.frames import parse_tool
 from postproc.cli.inputs import assumed, load_model, read_source
-from postproc.cli.options import AS_WRITTEN, EffectFiles, Flag, Names, SideFiles, VectorText, parse_tool, positive
+from postproc.cli.options import AS_WRITTEN, EffectFiles, Flag, Names, SideFiles, VectorText, positive
 from postproc.cli.output import check_outputs
 from postproc.cli.printing import say, show
 from postproc.diagnostics import PostprocError

@@ -120,8 +120,9 @@ def run(
             raise PostprocError.of("CLI017", text, help="name the table after the model, or leave them out")
         request, files = (model, first, arm_options, count), (output, rapid, report)
         return plan_first(*request, files, box=poses.box, table_options=table, programs=programs, json=json)
-    if first.kind is not None:
-        raise PostprocError.of("CLI017", "`--kind` is for a plan without a table", help="leave the table out")
+    if first != FirstOptions():
+        text = "`--kind`, `--load`, `--pull`, `--signal` and `--mounting` are for a plan without a table"
+        raise PostprocError.of("CLI017", text, help="leave the table out, or these options")
     if between and programs:
         text = "`--between` and `--for` ask for different poses"
         raise PostprocError.of("CLI010", text, help="leave one of them out")
