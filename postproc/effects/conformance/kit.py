@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from dataclasses import fields, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.arrays import GRAVITY, Array
 from postproc.channels.state import COLUMNS
@@ -28,6 +29,8 @@ TRIAL_ROWS = 240
 MOST_VARIANTS = 12
 LARGEST_MOVE = 0.02
 """Move [m] and turn [rad] that no single cause makes at its ordinary size: an arm as delivered is within 10 mm."""
+COLUMN_SCALES = (1.0, 10.0, 100.0, 1e3, 1e4, 1e5)
+"""Largest values of a column of the user's own with which an effect is tried."""
 STATE_COLUMNS = {
     column
     for key, columns in COLUMNS.items()
@@ -205,19 +208,14 @@ def _sample(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
         return
     for form in _forms(cls, state):
         effect, freed = _sized(form.effect), np.flatnonzero(form.refit)
-        basis, x, step = effect.joint_basis(state), effect.vector(), 1e-4 * np.diag(effect.scale())
-        if basis is not None:
-            columns = basis.values[:, freed]
-        else:
-            ends = ([contribution(effect.with_vector(x + sign * step[i]), state) for sign in (1, -1)] for i in freed)
-            columns = np.stack([(up - down).ravel() for up, down in ends], axis=1)
+        columns = _moves(effect, freed, state)
         size = np.linalg.norm(columns, axis=0)
         if np.any(size == 0.0):
             names = ", ".join(f"`{n}`" for n in np.array(effect.names())[freed][size == 0.0][:4])
             # A threshold has no slope; the kit knows no levels of a payload, nor of a channel of the user's own.
             levels = bool(columns_read(cls)) or "payload" in cls.reads
             excused = not np.any(effect.amplitudes()[freed][size == 0.0]) or levels
-            yield report("no change", cls, names=names, warn=excused)
+            yield report("maybe no change" if excused else "no change", cls, names=names, warn=excused)
             if not excused:
                 return
         columns, size = columns[:, size > 0.0], size[size > 0.0]
@@ -227,6 +225,33 @@ def _sample(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
         if singular[-1] < 1e-8 * singular[0]:
             yield report("repeated", cls, count=len(freed), form=form.label or "all")
             return
+
+
+def _moves(effect: Effect, freed: NDArray[np.int_], state: State) -> Array:
+    """Return (r, k) what k parameters of an effect change, in the state and with its own columns in larger units.
+
+    A column may hold shares, bar, millimetres or pascals: it is tried up to 1, 10 .. 100,000 to either side.
+
+    Args:
+        freed: (k,) index of the parameters.
+    """
+    x, step, blocks = effect.vector(), 1e-4 * np.diag(effect.scale()), []
+    own = columns_read(type(effect))
+    for factor in COLUMN_SCALES if own else (1.0,):
+        channels = {**state.channels, **{name: factor * state.channels[name] for name in own}}
+        tried = _locked(replace(state, channels=channels))
+        try:
+            if (basis := effect.joint_basis(tried)) is not None:
+                block = basis.values[:, freed]
+            else:
+                ends = ([contribution(effect.with_vector(x + s * step[i]), tried) for s in (1, -1)] for i in freed)
+                block = np.stack([(up - down).ravel() for up, down in ends], axis=1)
+        except PostprocError:
+            if factor == 1.0:
+                raise
+            break  # an exponential of a large number: its smaller ones have shown what it does
+        blocks.append(block / max(float(np.linalg.norm(block, axis=0).max(initial=0.0)), 1e-300))
+    return np.concatenate(blocks)
 
 
 def _sizes(cls: type[Effect], state: State) -> Iterator[Diagnostic]:

@@ -55,6 +55,10 @@ FINDINGS: Mapping[str, tuple[str, str, str]] = {
         "declare it: class Name(Effect, linear=False), or mark forming parameters with amplitude=False"),
     "no change": ("EFF014", "{names} of `{key}` changes nothing on a rich set of poses",
         "remove the parameter, or check the channel, the index and the limit (rad, m) that it acts on"),
+    "maybe no change": ("EFF014",
+        "{names} of `{key}` changes nothing on a rich set of poses, with payloads of 5 to 60 kg and your own "
+        "columns from -1e5 to 1e5",
+        "leave a threshold, or what acts beyond these, as it is; else check the channel, the index and the limit"),
     "repeated": ("EFF014", "the {count} parameters of `{key}` ({form}) repeat each other",
         "leave out what the others can express"),
     "size": ("EFF018", "at its ordinary size `{key}` {does}; no single cause does so much",
