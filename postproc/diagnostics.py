@@ -148,7 +148,7 @@ class Finding:
     help: str | None = None
     matter: Matter | None = None
     name: str = ""
-    length_mm: float = 0.0
+    size: float = 0.0
 
     def as_json(self) -> dict[str, Any]:
         """Return the finding as an entry of ``diagnostics`` in documents."""
@@ -169,7 +169,7 @@ class Diagnostic:
         span: byte offsets ``(start, end)`` in that file.
         help: one action the user can take.
         matter: what it is about, where something is decided by it; name: of the data that it is about, there.
-        length_mm: the length that it tells, by which the worst of its kind is found; 0 without one.
+        size: the figure that it tells, such as a length [mm], by which the worst of its kind is found; 0 without one.
     """
 
     code: str
@@ -180,7 +180,7 @@ class Diagnostic:
     help: str = ""
     matter: Matter | None = None
     name: str = ""
-    length_mm: float = 0.0
+    size: float = 0.0
 
     @property
     def place(self) -> str:
@@ -223,7 +223,7 @@ class Diagnostic:
         line, column = (None, None) if source is None or at is None else source.position(at)
         path, help_ = None if source is None else source.path, self.help or None
         stated = (self.code, self.severity, self.message)
-        return Finding(*stated, path, line, column, at, help_, self.matter, self.name, self.length_mm)
+        return Finding(*stated, path, line, column, at, help_, self.matter, self.name, self.size)
 
     def as_json(self) -> dict[str, Any]:
         """Return the finding as an entry of ``diagnostics`` in documents."""

@@ -10,6 +10,8 @@ LARGEST_NUMBER = 1e30
 
 MOST_DECIMALS = 5
 """Of lengths [mm] in documents."""
+SHARE_DECIMALS = 3
+"""Of shares in documents."""
 
 
 def read_number(text: str) -> float:
@@ -45,8 +47,11 @@ def mm_or_none(value: float | None) -> float | None:
 
 
 def percent_range(shares: Sequence[float]) -> str:
-    """Return the lower and the upper end of a share in percent: ``3 to 45 %``, or one figure where both are equal."""
-    return f"{range_text([100 * share for share in shares], 0)} %"
+    """Return the lower and the upper end of a share in percent: ``3 to 45 %``, or one figure where both are equal.
+
+    They are rounded as documents have them first: a share and its entry in a document read alike.
+    """
+    return f"{range_text([100 * round(share, SHARE_DECIMALS) for share in shares], 0)} %"
 
 
 def decimals_of(scale: float) -> int:
@@ -67,15 +72,22 @@ def fixed(value: float | None, decimals: int) -> str:
     return "" if value is None else f"{value:z.{decimals}f}"
 
 
-def range_text(interval: Sequence[float] | None, decimals: int) -> str:
-    """Return an interval as text, ``0.12 to 0.85``, one figure where its ends read alike, or that it is not known."""
-    return "not known" if interval is None else " to ".join(dict.fromkeys(fixed(end, decimals) for end in interval))
+def range_text(interval: Sequence[float] | None, decimals: int, unit: str = "", guess: bool = False) -> str:
+    """Return an interval as text, ``0.12 to 0.85``, one figure where its ends read alike, or that it is not known.
+
+    Args:
+        unit: written behind it. guess: it is called one.
+    """
+    if interval is None:
+        return "not known"
+    ends = " to ".join(dict.fromkeys(fixed(end, decimals) for end in interval))
+    return ends + f" {unit}" * bool(unit) + ", a guess" * guess
 
 
-def on_arm_text(expected_mm: Sequence[float] | None, decimals: int = 2) -> str:
+def on_arm_text(expected_mm: Sequence[float] | None, decimals: int = 2, guess: bool = False) -> str:
     """Return the largest deviation that is expected on the arm: ``0.12 to 0.85 mm``, or that it is not known.
 
     Args:
-        expected_mm: lower and upper end of the interval.
+        expected_mm: lower and upper end of the interval. guess: it is called one.
     """
-    return range_text(expected_mm, decimals) + " mm" * (expected_mm is not None)
+    return range_text(expected_mm, decimals, "mm", guess)

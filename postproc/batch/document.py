@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 from urllib.parse import quote
 
 from postproc import __version__
@@ -14,7 +15,7 @@ from postproc.grouping import grouped
 from postproc.numbers import fixed, on_arm_text, range_text
 from postproc.report.blocks import DataTable, Document, Figure, Scene, Section, Values, View, attributes
 from postproc.results.convert.conversion import made_section, unknown_accuracy
-from postproc.results.convert.figures import decimals, main_figure, severity
+from postproc.results.convert.figures import decimals, is_guess, main_figure, severity
 
 MOST_SHOWN = 40
 """Programs that a terminal prints where not all are asked for."""
@@ -53,14 +54,15 @@ def batch_document(
     # Before and after, where a line or an arc could be measured.
     shown = [(task, figure) for task in tasks if (figure := main_figure(task.figures))]
     measured = [task for task, _ in shown]
-    worst = max(measured, key=lambda task: severity(task.figures), default=None)
+    known = [task for task in measured if ON_ARM in task.figures]
+    worst = max(known or measured, key=_farthest, default=None)
     before, after = ([float(figure[key]) for _, figure in shown] for key in ("before_mm", "after_mm"))
     lent = [(name, finding.message) for name, finding in findings if finding.matter is Matter.READ_ALONG]
     along = DataTable("read along", ("program", "what"), lent, range(min(MOST_SHOWN, len(lent))))
     return Document(
         title=f"postproc batch {name}",
         values=_values(batch, shard),
-        sentence=_sentence(count, worst, [task.figures for task in tasks]),
+        sentence=_sentence(count, worst, tasks),
         tone="error" if count["failed"] or any(task.figures.get("verdict") == "not_kept" for task in tasks) else "",
         figures=[
             Figure("programs corrected", count["compensated"]),
@@ -137,13 +139,14 @@ def _task_values(outcome: TaskOutcome) -> Values:
     }
 
 
-def _sentence(count: Mapping[str, int], worst: TaskOutcome | None, figures: Sequence[Values]) -> str:
+def _sentence(count: Mapping[str, int], worst: TaskOutcome | None, tasks: Sequence[TaskOutcome]) -> str:
     """Say how many programs and statements are corrected, how many failed, and the largest deviation expected.
 
     Args:
         count: ``Batch.counts``. worst: the task with that deviation; None where none was measured.
-        figures: of all tasks.
+        tasks: all of them, failures first, then those that do not keep their tolerance.
     """
+    figures = [task.figures for task in tasks]
     statuses = [f["statements"] for f in figures if "statements" in f]
     corrected = sum(s.get(status, 0) for s in statuses for status in CORRECTED)
     every = sum(sum(s.values()) for s in statuses)
@@ -158,12 +161,32 @@ def _sentence(count: Mapping[str, int], worst: TaskOutcome | None, figures: Sequ
     if worst is None:
         return f"{text}."
     after = fixed(_after(worst), decimals(worst.figures))
-    worst_text = f"The worst is `{worst.task.name}`: {_on_arm(worst)} on the arm, {after} mm in the model."
-    if worst.figures.get("verdict") == "not_kept":
-        worst_text += f" {worst.figures['verdict_sentence']}"
-    stiffness, advice = remaining_deflection({**worst.arm, **worst.figures})
+    worst_text = f"Farthest off is `{worst.task.name}`: on the arm {_on_arm(worst)}, in the model {after} mm."
+    unknown = sum(ON_ARM not in f and main_figure(f) is not None for f in figures)
+    if unknown and ON_ARM in worst.figures:
+        worst_text += f" What the arm does is not known of {unknown} program{'s' * (unknown != 1)}."
+    first = next((task for task in tasks if task.figures.get("verdict") == "not_kept"), None)
+    not_kept = [] if first is None else [f"`{first.task.name}`: {first.figures['verdict_sentence']}"]
+    stiffness, advice = remaining_deflection(_remaining(worst, tasks))
     further = [f"{stiffness[0].upper()}{stiffness[1:]}.", f"{advice[0].upper()}{advice[1:]}"] if stiffness else []
-    return "\n".join([f"{text}.", worst_text, *further])
+    return "\n".join([f"{text}.", *not_kept, worst_text, *further])
+
+
+def _remaining(worst: TaskOutcome, tasks: Sequence[TaskOutcome]) -> Values:
+    """Return the entries of `remaining_deflection` for the arm of a task, in ranges of all programs of that arm."""
+    robot = worst.arm.get("robot")
+    of_arm = [task.figures for task in tasks if task.arm.get("robot") == robot]
+    values: dict[str, Any] = {"robot": robot}
+    for key in ("expected_remaining_fraction", "expected_remaining_fraction_after_gauge"):
+        shares = [figures[key] for figures in of_arm if figures.get(key)]
+        values[key] = [min(low for low, _ in shares), max(high for _, high in shares)] if shares else None
+    loads = [figures["gauge_load_kg"] for figures in of_arm if figures.get("gauge_load_kg") is not None]
+    return {**values, "gauge_load_kg": max(loads, default=None)}
+
+
+def _farthest(task: TaskOutcome) -> tuple[float, float]:
+    """Return the upper end of what is expected on the arm [mm], 0 where it is not known, and what the model leaves."""
+    return task.figures.get(ON_ARM, (0.0, 0.0))[1], _after(task)
 
 
 def _after(task: TaskOutcome) -> float:
@@ -174,7 +197,7 @@ def _after(task: TaskOutcome) -> float:
 
 def _on_arm(task: TaskOutcome) -> str:
     """Return what is expected on the arm as text."""
-    return on_arm_text(task.figures.get(ON_ARM), decimals(task.figures))
+    return on_arm_text(task.figures.get(ON_ARM), decimals(task.figures), is_guess(task.figures))
 
 
 def _every_program(tasks: Sequence[TaskOutcome], pages: Mapping[str, str], digits: int) -> Section:
@@ -208,7 +231,7 @@ def _row(outcome: TaskOutcome) -> tuple[object, ...]:
     figure = main_figure(figures) or {}
     lengths = (figure.get(f"{key}_mm") for key in ("before", "after", "tolerance"))
     known = (*lengths, figures.get("added_targets"), *counts, figures.get("cycle_time_s"))
-    on_arm = range_text(figures.get(ON_ARM), decimals(figures)) if figure else None
+    on_arm = range_text(figures.get(ON_ARM), decimals(figures), guess=is_guess(figures)) if figure else None
     return (outcome.task.name, result, on_arm, *known, warnings or None)
 
 
@@ -230,7 +253,7 @@ def _warnings(warnings: Sequence[tuple[str, Finding]]) -> Section:
     by_code = grouped((finding.code, (name, finding)) for name, finding in warnings)
     rows: list[tuple[object, ...]] = []
     for same in sorted(by_code.values(), key=len, reverse=True):
-        name, worst = max(same, key=lambda one: one[1].length_mm)
+        name, worst = max(same, key=lambda one: one[1].size)
         rows.append((len(same), len({program for program, _ in same}), *_finding_row(name, worst)))
     note = "One of each kind, with the largest figure that it tells; the JSON document of the batch has all of them."
     table = DataTable("warnings", ("how many", "programs", *FINDING), rows, beneath=6, tones=["warning"] * len(rows))

@@ -26,6 +26,7 @@ FIGURES = (
     *(
         "figures",
         "tolerance_mm",
+        "expected_accuracy",
         "verdict",
         "verdict_sentence",
         "welds",

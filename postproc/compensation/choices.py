@@ -87,7 +87,7 @@ def _finding(goal: OtherGoal, without: float, with_: float) -> Diagnostic:
         f"where `{goal.name}` is {shown}, its correction leaves {with_:.2f} mm, and none would leave {without:.2f} mm"
     )
     help_ = "give each of these goals a target of its own, or correct the program with each value in the file"
-    return finding("CMP023", "warning", goal.event.statement, text, help_, length_mm=with_)
+    return finding("CMP023", "warning", goal.event.statement, text, help_, size=with_)
 
 
 def known_values(program: Program, written: Set[str]) -> list[tuple[Declaration, Data]]:

@@ -19,7 +19,7 @@ from postproc.diagnostics import Diagnostic, has_errors
 from postproc.model.arm import Model
 from postproc.model.uncertainty.scatter import Scatter
 from postproc.motion.timing.jerk_limited import LimitReport
-from postproc.numbers import decimals_of, mm
+from postproc.numbers import SHARE_DECIMALS, decimals_of, mm
 from postproc.rapid.data.events import MotionEvent, StatementKey
 from postproc.rapid.program.program import Program
 from postproc.rapid.syntax.spans import Edit
@@ -180,6 +180,11 @@ class JudgedProgram:
         return on_arm_mm(place.after, place.before, shares, errors)
 
     @property
+    def guess(self) -> bool:
+        """Whether what is expected on the arm is a guess: the program leaves the measured range of a fitted model."""
+        return self.accuracy is not None and bool(self.accuracy.beyond)
+
+    @property
     def decimals(self) -> int:
         """Decimals of lengths in millimetres, from the tolerance."""
         return decimals_of(mm(self.options.tolerance_m, 5))
@@ -201,7 +206,7 @@ class JudgedProgram:
     def remaining_values(self) -> dict[str, list[float] | float | None]:
         """The entries of documents on the share of the deflection that is expected to remain."""
         shares = (None, None) if self.scatter is None else (self.scatter.remaining, self.scatter.after_gauge)
-        now, then = (share and [round(x, 3) for x in share] for share in shares)
+        now, then = (share and [round(x, SHARE_DECIMALS) for x in share] for share in shares)
         return {
             "expected_remaining_fraction": now,
             "expected_remaining_fraction_after_gauge": then,

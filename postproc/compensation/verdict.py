@@ -20,6 +20,7 @@ TONES: dict[Kept, Tone] = {
     "not_kept": "error",
     "not_measured": "warning",
 }
+GUESS = ", a guess: the program leaves the range that was measured"
 CORRECTED: tuple[Status, ...] = ("compensated", "run_time")
 """Status of statements that are corrected."""
 
@@ -69,7 +70,7 @@ def _kept(judged: JudgedProgram) -> Kept:
     if not all(within or [mm(judged.figures.after, 5) <= tolerance]) or judged.unproved:
         return "not_kept"
     accuracy, expected = judged.accuracy, judged.expected_on_arm_mm
-    known = accuracy is not None and not accuracy.beyond and expected is not None and expected[1] <= tolerance
+    known = accuracy is not None and not judged.guess and expected is not None and expected[1] <= tolerance
     return "kept" if known else "not_shown"
 
 
@@ -80,7 +81,7 @@ def _tolerance_sentence(judged: JudgedProgram, kept: Kept) -> str:
     expected, after = judged.expected_on_arm_mm, mm(place.after, 5)
     on_arm = "what the arm does is not known"
     if expected:
-        on_arm = f"on the arm {on_arm_text(expected, digits)} are expected {CLAUSES[place.place]}"
+        on_arm = f"on the arm {on_arm_text(expected, digits)} are expected {CLAUSES[place.place]}{GUESS * judged.guess}"
     if kept == "kept":
         return f"The tolerance of {tolerance} is kept: {on_arm}."
     if kept == "not_shown":
@@ -93,7 +94,7 @@ def _tolerance_sentence(judged: JudgedProgram, kept: Kept) -> str:
     along = max((seam.after_mm.along for seam in judged.seams if seam.after_mm), default=0.0)
     if after <= limit < along:
         return f"{lost}: {above(along, limit, digits)} mm remain along a seam in the model; {on_arm}."
-    further = f", {on_arm_text(expected, digits)} are expected on the arm" if expected else ""
+    further = f", {on_arm_text(expected, digits)} are expected on the arm{GUESS * judged.guess}" if expected else ""
     return f"{lost}: {above(after, limit, digits)} mm remain in the model{further}."
 
 

@@ -71,7 +71,7 @@ def _figure_lines(judged: JudgedProgram) -> list[str]:
     digits, rows = judged.decimals, [list(COLUMNS)] if judged.places else []
     for row in shown_figures(judged.figure_values()):
         lengths = [fixed(row[f"{key}_mm"], digits) for key in ("before", "after", "tolerance")]
-        rows.append([LABELS[row["place"]], *lengths, range_text(row["expected_on_arm_mm"], digits)])
+        rows.append([LABELS[row["place"]], *lengths, range_text(row["expected_on_arm_mm"], digits, guess=judged.guess)])
     first, *others, last = (max(map(len, column)) for column in zip(*rows, strict=True)) if rows else (0, 0)
     return [
         "  ".join([row[0].ljust(first), *map(str.rjust, row[1:-1], others), row[-1].ljust(last)]).rstrip()

@@ -13,7 +13,7 @@ from postproc.identification.compare import Comparison
 from postproc.numbers import fixed, range_text
 from postproc.report.blocks import DataTable, Document, Figure, Section, Values, plain
 from postproc.results.convert.conclusion import conclusion
-from postproc.results.convert.figures import decimals
+from postproc.results.convert.figures import decimals, is_guess
 from postproc.results.improve.comparison import comparison_document, iso_figures
 from postproc.results.provenance import compared_rows, hashes, issued, rows_of_fit, versions
 
@@ -76,7 +76,7 @@ def program_certificate(
         limit, fell = row["tolerance_mm"], _fall(row["before_mm"], row["after_mm"], digits)
         result = "not kept" if limit is not None and row["after_mm"] > limit else shown
         required = ("", "") if limit is None else (f"{limit:g}", result)
-        expected = range_text(row["expected_on_arm_mm"], digits)
+        expected = range_text(row["expected_on_arm_mm"], digits, guess=is_guess(document))
         path.append((CLAUSES[row["place"]], *fell, expected, *required))
     if drawn := document["from_programmed_path"]:
         what = "from the path in the program's numbers, as its work object was taught"

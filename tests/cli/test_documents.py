@@ -38,6 +38,9 @@ RARE = {
     "missing[].structure.NAME",
     "missing[].structure.NAME[]",
     "missing[].effective_parameters",
+    "tasks[].expected_accuracy.KEY",
+    "tasks[].expected_accuracy.beyond_range[]",
+    "tasks[].expected_accuracy.sigma_parts_mm.KEY",
     *(f"missing[].law[].{key}" for key in ("joint", "channel", "unit", "at[]", "turn_mrad[]", "sigma_mrad[]")),
 }
 """Described, and not in what the commands print here."""

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from postproc.compensation.judgement.figures import legend
-from postproc.numbers import above, on_arm_text, percent_range
+from postproc.numbers import SHARE_DECIMALS, above, on_arm_text, percent_range, range_text
 from postproc.results.convert.figures import figure_table
 from tests.compensation.build import PROCESS, effect, small
 
@@ -106,7 +106,7 @@ def test_a_weld_that_is_left_is_said_first_in_all_that_is_written(call_as_writte
     shown = call_as_written("batch", program.parent, *arm, "-o", tmp_path / "tree", "--require", "model").err
     assert f"left.mod: {LEFT[0].lower()}{LEFT[1:-1]}; on the arm " in shown
     assert "2 of 2 programs are corrected" in shown and "; in 1 of them the tolerance is not kept.\n" in shown
-    assert re.search(r"The worst is `left\.mod`: .*" + re.escape(LEFT), shown)
+    assert f"\n`left.mod`: {LEFT}\nFarthest off is `" in shown
     assert re.search(r"^  left\.mod   compensated, not kept ", shown, re.MULTILINE)
     assert re.match(r"`--require model`: .* in 1 of 2 programs, the worst: `left\.mod`, ", shown.splitlines()[-1])
 
@@ -138,6 +138,9 @@ def test_rows_without_a_tolerance_stand_where_they_say_something_with_what_they_
 def test_an_interval_whose_ends_read_alike_is_one_figure() -> None:
     assert on_arm_text([0.211, 0.214], 2) == "0.21 mm" and on_arm_text([0.211, 0.214], 3) == "0.211 to 0.214 mm"
     assert (percent_range([0.351, 0.353]), percent_range([0.03, 0.45])) == ("35 %", "3 to 45 %")
+    for share in (0.0449, 1.2449, 1.24451, 1.32499, 1.325):  # as told, and as read again from the document
+        assert percent_range([share, share]) == percent_range([round(share, SHARE_DECIMALS)] * 2)
+    assert range_text([0.04, 0.06], 2, "mm", guess=True) == "0.04 to 0.06 mm, a guess"
 
 
 def test_what_is_beyond_a_limit_reads_so() -> None:

@@ -35,7 +35,7 @@ def test_the_side_from_which_the_arm_comes(gap: float, reason: str) -> None:
         row = conversion.report["statements"][3]
         parts = f"({row['residual_mm']:.3f} mm across the path, {row['along_mm']:.3f} mm along it), tolerance 0.01 mm"
         assert finding.message.startswith("this target itself stays ") and finding.message.endswith(parts)
-        assert finding.length_mm == pytest.approx(np.hypot(row["residual_mm"], row["along_mm"]), abs=1e-3)
+        assert finding.size == pytest.approx(np.hypot(row["residual_mm"], row["along_mm"]), abs=1e-3)
     for side in (left, right):
         assert convert(small(start + side + middle), lost).outcomes[2].status == "compensated"
 

@@ -16,7 +16,7 @@ from postproc.cli.progress import CLEAR, watching
 from postproc.diagnostics import Finding, Matter, PostprocError, one_line
 from postproc.grouping import grouped
 from postproc.numbers import fixed, on_arm_text
-from postproc.results.convert.figures import decimals, main_figure
+from postproc.results.convert.figures import decimals, is_guess, main_figure
 
 if TYPE_CHECKING:
     from postproc.batch.jobs import Ready
@@ -94,7 +94,8 @@ def result_line(outcome: TaskOutcome) -> str:
         fell = "no line or arc could be measured"
         if figure := main_figure(f):
             before, after = (fixed(figure[key], decimals(f)) for key in ("before_mm", "after_mm"))
-            fell = f"on the arm {on_arm_text(f.get(ON_ARM), decimals(f))}, in the model {before} -> {after} mm"
+            on_arm = on_arm_text(f.get(ON_ARM), decimals(f), is_guess(f))
+            fell = f"on the arm {on_arm}, in the model {before} -> {after} mm"
         through = f["statements"].get("run_time")
         text = f"{fell}, {f['added_targets']} target{'s' * (f['added_targets'] != 1)} added"
         text += f", {through} statement{'s' * (through != 1)} corrected on the controller" if through else ""

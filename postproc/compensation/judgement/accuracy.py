@@ -37,6 +37,7 @@ class Accuracy:
     Args:
         sigma: standard deviation per axis, root mean square over all targets.
         within_95: distance that holds 95 % of the errors, at the worst target.
+        at_work: the same at the worst target of those that weld, if any does.
         parts: of ``sigma`` by the parameters, and by what no effect explains; their squares add up to its square.
         interval: 95 % of the errors are between these distances, at the worst target of those that weld, if any does.
         interval_in_air: the same at the worst target of all.
@@ -47,6 +48,7 @@ class Accuracy:
 
     sigma: float
     within_95: float
+    at_work: float
     parts: tuple[float, float]
     interval: tuple[float, float]
     interval_in_air: tuple[float, float]
@@ -91,10 +93,9 @@ def expect_on_arm(model: Model, motion: Motion, exact: Exact, source: Source) ->
     distance = max(0.0 if accuracy is None else accuracy.within_95, share * deviation)
     if scatter is not None and scatter.remaining[1] >= 1.0:
         text = f"the correction may not help: {percent_range(scatter.remaining)} of the deflection may remain"
-        help_ = "measure this arm, and fit a model of it: `postproc plan` chooses the poses"
-        findings.append(
-            Diagnostic("CMP027", "warning", f"{text}, as the stiffness of this arm is not measured", source, help=help_)
-        )
+        text += ", as the stiffness of this arm is not measured"
+        help_, most = "measure this arm, and fit a model of it: `postproc plan` chooses the poses", scatter.remaining[1]
+        findings.append(Diagnostic("CMP027", "warning", text, source, help=help_, size=most))
     return Expected(accuracy, scatter, distance), findings
 
 
@@ -136,8 +137,8 @@ def _expect_accuracy(
     """
     text = "the program leaves the range in which the model was measured: "
     help_ = "measure poses there too (`postproc plan`), or take the expected accuracy as a guess"
-    beyond = tuple(span.text for span in beyond_range(model, at_goals))
-    findings = [Diagnostic("CMP010", "warning", text + words, source, help=help_) for words in beyond]
+    spans = beyond_range(model, at_goals)
+    findings = [Diagnostic("CMP010", "warning", text + s.text, source, help=help_, size=s.share) for s in spans]
     findings += _local_effects(model, at_goals, source)
     parts = np.array(sigma_parts(model, at_goals, instrument=False))
     sigma, known = np.hypot(*parts), read_uncertainty(model)
@@ -152,8 +153,10 @@ def _expect_accuracy(
     worst = np.array([np.argmax(np.where(mask, sigma, 0.0)) for mask in (welding | ~welding.any(), True)])
     covariance = position_covariance(model, at_goals.rows(worst), known, instrument=False)
     welding_interval, air_interval = map(length_interval, covariance + parts[1, worst, None, None] ** 2 * np.eye(3))
+    at_work, beyond = float(WITHIN_95 * sigma[worst[0]]), tuple(span.text for span in spans)
+    parts_of = by_parameters, unexplained
     return Accuracy(
-        *sizes, (by_parameters, unexplained), welding_interval, air_interval, by_weights, undetermined, beyond
+        *sizes, at_work, parts_of, welding_interval, air_interval, by_weights, undetermined, beyond
     ), findings
 
 
@@ -192,4 +195,4 @@ def _local_effects(model: Model, at_goals: State, source: Source) -> Iterator[Di
     share = f"{100 * (1 - known.min()):.0f} % of what it adds"
     text += f"the correction falls back to the rest of the model, by {share} at the farthest"
     help_ = "measure poses there too (`postproc plan`), and `postproc add` it anew"
-    yield Diagnostic("CMP010", "warning", text, source, help=help_)
+    yield Diagnostic("CMP010", "warning", text, source, help=help_, size=float(1 - known.min()))

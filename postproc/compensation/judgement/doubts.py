@@ -77,7 +77,7 @@ def doubt_corrections(model: Model, plan: CorrectionPlan) -> list[Diagnostic]:
         text += f"; more than {1e3 * allowed:g} mm is not written"
         help_ += f"; if it is meant, `--largest-correction {ceil(1e3 * moved[worst])}`"
     finding = at_move(plan.motion.moves[worst], "CMP015", severity, text, help_)
-    return [replace(finding, length_mm=1e3 * float(moved[worst]))]
+    return [replace(finding, size=1e3 * float(moved[worst]))]
 
 
 def _unsure_parameter(model: Model, key: str, state: State) -> str:

@@ -283,9 +283,7 @@ def transition_findings(plan: CorrectionPlan, after: Deviation) -> list[Diagnost
             remaining, tolerance = (1e3 * float(x[t.move]) for x in (off, plan.path_tolerance))
             text += f": the path stays {remaining:.3f} mm off there, tolerance {tolerance:g} mm" * beyond
             matter, size = Matter.OFF if beyond else None, remaining if beyond else 1e3 * t.size_m
-            findings.append(
-                finding("CMP008", "warning", move.event.statement, text, action, matter=matter, length_mm=size)
-            )
+            findings.append(finding("CMP008", "warning", move.event.statement, text, action, matter=matter, size=size))
         else:
             findings.append(finding("CMP007", "info", move.event.statement, text))
     return findings
@@ -316,8 +314,8 @@ def finding(
     help_: str = "",
     *,
     matter: Matter | None = None,
-    length_mm: float = 0.0,
+    size: float = 0.0,
 ) -> Diagnostic:
     """A diagnostic placed at a whole motion statement; ``help_`` says what the user can do."""
     source, span = statement.source, statement.span
-    return Diagnostic(code, severity, text, source, span, help_, matter, length_mm=length_mm)
+    return Diagnostic(code, severity, text, source, span, help_, matter, size=size)

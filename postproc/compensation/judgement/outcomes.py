@@ -148,7 +148,7 @@ def _beyond_tolerance(
     text = f"{what} stays {above(remaining, most, 3)} mm off{parts}, tolerance {most:g} mm"
     statement = plan.motion.moves[i].event.statement
     why = ENDS if statement.key in on_controller else _why(plan, rows, i, on_the_way, on_controller)
-    return finding("CMP006", "warning", statement, text, why, matter=Matter.OFF, length_mm=remaining)
+    return finding("CMP006", "warning", statement, text, why, matter=Matter.OFF, size=remaining)
 
 
 def _why(
@@ -303,5 +303,5 @@ def _searched_findings(outcomes: Sequence[StatementOutcome], events: Sequence[Mo
             " search has found: measured from a stated position, that holds the error of the arm and is corrected twice"
         )
         help_ = "give the runs that go with the search a routine of their own, or find both positions by searches"
-        findings.append(finding("CMP018", "warning", group[0].statement, text, help_, length_mm=most))
+        findings.append(finding("CMP018", "warning", group[0].statement, text, help_, size=most))
     return findings

@@ -315,6 +315,12 @@ class Beyond:
     rows: NDArray[np.bool_]
 
     @property
+    def share(self) -> float:
+        """How far it is outside, as a share of the measured range; infinity where that is one value."""
+        width = self.high - self.low
+        return max(self.low - self.reached, self.reached - self.high) / width if width > 0 else float("inf")
+
+    @property
     def text(self) -> str:
         """One clause that names the channel, the value it reaches and the range that was measured."""
         low, high, reached = self.low, self.high, self.reached

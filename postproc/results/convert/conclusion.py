@@ -15,6 +15,7 @@ from postproc.diagnostics import Diagnostic, Matter, joined
 from postproc.effects.registry import effect_library
 from postproc.model.arm import Model
 from postproc.model.uncertainty.undetermined import PULLING_POSES, Undetermined
+from postproc.numbers import fixed
 from postproc.report.blocks import Tone, Values
 from postproc.results.convert.figures import decimals
 from postproc.results.wording import in_words, readable, with_sigma
@@ -72,13 +73,17 @@ def _how_sure(
     if known is None:
         text = unknown_accuracy(findings)
         return [f"{text[0].upper()}{text[1:]}."]
-    size = f"{known['within_95_percent_mm']:.{decimals(values)}f} mm"
-    sure = f"At the least certain target the fitted model itself is sure to {size} (95 %)."
+    least, at_welds = (known[f"within_95_percent{where}_mm"] for where in ("", "_at_welds"))
+    sizes = [fixed(size, decimals(values)) for size in (at_welds, least) if size is not None]
+    sure = f"At the least certain target the fitted model itself may be off by up to {sizes[-1]} mm (95 %)."
+    if len(set(sizes)) > 1:
+        off = f"{sizes[0]} mm (95 %) where it welds, {sizes[1]} mm in the air"
+        sure = f"The fitted model itself may be off by up to {off}."
     if model is not None and 0 < len(measured := model.measured_springs) < 6:
         joints = f"joint{'s' * (len(measured) > 1)} {joined([str(joint) for joint in measured])}"
         sure += f" Measured are the springs of {joints}; the others stand as those of the arm's type."
     if known["beyond_range"]:
-        return [sure, "The program leaves the range that was measured: what is expected there is a guess."]
+        return [sure]
     return [sure, *(_undetermined(accuracy) if accuracy else [])]
 
 

@@ -18,7 +18,7 @@ from postproc.report.blocks import DataTable, Document, Figure, Scene, Section, 
 from postproc.report.drawing.path import path_data
 from postproc.results.convert.conclusion import conclusion, outcome_note
 from postproc.results.convert.conclusion import unknown_accuracy as unknown_accuracy
-from postproc.results.convert.figures import decimals, figure_table, main_figure
+from postproc.results.convert.figures import decimals, figure_table, is_guess, main_figure
 from postproc.results.convert.work_objects import rigid_shift_values, work_object_section
 
 CONVERSION_SCHEMA = "postproc/compensate/1"
@@ -90,6 +90,7 @@ def conversion_values(conversion: Conversion) -> dict[str, Any]:
     sure = accuracy and {
         "sigma_mm": _mm(accuracy.sigma),
         "within_95_percent_mm": _mm(accuracy.within_95),
+        "within_95_percent_at_welds_mm": _mm(accuracy.at_work) if figures.arc is not None else None,
         "link_weights_mm": _mm(accuracy.by_weights),
         "beyond_range": list(accuracy.beyond),
         "sigma_parts_mm": _lengths(("parameters", "unexplained"), accuracy.parts)
@@ -220,9 +221,9 @@ def _figures(values: Values) -> list[Figure]:
         return []
     where, expected, after = CLAUSES[figure["place"]], figure["expected_on_arm_mm"], figure["after_mm"]
     limit = float("inf") if figure["tolerance_mm"] is None else figure["tolerance_mm"]
-    beyond = "beyond" if after > limit else ""
+    beyond, on_arm = "beyond" if after > limit else "", on_arm_text(expected, digits, is_guess(values))
     return [
-        Figure(f"expected on the arm, {where}", on_arm_text(expected, digits), "" if expected is None else beyond),
+        Figure(f"expected on the arm, {where}", on_arm, "" if expected is None else beyond),
         Figure(f"before, {where}", figure["before_mm"], "before", decimals=digits),
         Figure(f"after in the model, {where}", after, beyond or "after", decimals=digits),
     ]

@@ -28,6 +28,16 @@ def main_figure(values: Values) -> Values | None:
     return figures[0] if figures else None
 
 
+def is_guess(values: Values) -> bool:
+    """Return whether what is expected on the arm is a guess: the program leaves the measured range of a fitted model.
+
+    Args:
+        values: a document of a conversion, or its entry in that of a batch.
+    """
+    known = values.get("expected_accuracy")
+    return bool(known and known["beyond_range"])
+
+
 def severity(values: Values) -> tuple[int, float]:
     """Return how bad a conversion is, larger for worse: by its verdict, then by the deviation over the tolerance.
 
@@ -58,7 +68,7 @@ def weld_notes(values: Values) -> list[Values]:
         else:
             before, after = (fixed(weld[key], digits) for key in ("before_mm", "after_mm"))
             expected = f"{before} mm before, {after} mm after in the model (tolerance {values['tolerance_mm']:g} mm), "
-            expected += f"expected on the arm: {on_arm_text(weld['expected_on_arm_mm'], digits)}"
+            expected += f"expected on the arm: {on_arm_text(weld['expected_on_arm_mm'], digits, is_guess(values))}"
         uncorrected = f"; {weld['left']} of its statements stay uncorrected" if weld["left"] else ""
         message = f"weld `{weld['name']}`, {where}: {expected}{uncorrected}"
         place = {"path": weld["path"], "line": weld["line_from"], "column": None}
@@ -77,7 +87,8 @@ def figure_table(values: Values) -> DataTable:
     tones: list[Tone] = []
     for row in shown_figures(values["figures"]):
         before, after, tolerance = (row[f"{key}_mm"] for key in ("before", "after", "tolerance"))
-        rows.append((LABELS[row["place"]], before, after, tolerance, range_text(row["expected_on_arm_mm"], digits)))
+        expected = range_text(row["expected_on_arm_mm"], digits, guess=is_guess(values))
+        rows.append((LABELS[row["place"]], before, after, tolerance, expected))
         tones.append("warning" if tolerance is not None and after > tolerance else "")
     if drawn := values["from_programmed_path"]:
         rows.append(("from its numbers", drawn["before_mm"], drawn["after_mm"], None, ""))

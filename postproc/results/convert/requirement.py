@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from postproc.compensation.judgement.figures import CLAUSES
+from postproc.diagnostics import joined
 from postproc.numbers import above, on_arm_text
 from postproc.report.blocks import Values
-from postproc.results.convert.figures import decimals, main_figure, severity
+from postproc.results.convert.figures import decimals, is_guess, main_figure, severity
 
 MET = {"model": ("kept", "not_shown"), "arm": ("kept",)}
 """Verdicts with which a requirement is met."""
 LACKS = {"model": "not kept in the model", "arm": "not shown on the arm"}
 MEASURE = "measure the arm (`postproc plan`, `postproc fit`) and name that model, or ask for less with `--tolerance`"
 """What may help where the tolerance is kept in the model alone."""
+MEASURE_THERE = "measure poses there too (`postproc plan`), and fit again"
+"""The same where a program leaves the measured range."""
 
 
 def missed(require: str, programs: Mapping[str, Values]) -> str | None:
@@ -29,8 +32,13 @@ def missed(require: str, programs: Mapping[str, Values]) -> str | None:
         return None
     name = max(lacking, key=lambda name: severity(lacking[name]))
     count = f" in {len(lacking)} of {len(programs)} programs, the worst" if len(programs) > 1 else ""
-    cure = MEASURE if lacking[name]["verdict"] == "not_shown" else "CMP005 and CMP006 say of each statement what helps"
-    return f"the tolerance is {LACKS[require]}{count}: `{name}`, {_where(lacking[name], require)}. To meet it: {cure}"
+    values = lacking[name]
+    cure = MEASURE if values["verdict"] == "not_shown" else "CMP005 and CMP006 say of each statement what helps"
+    why = ""
+    if require == "arm" and values["verdict"] == "not_shown" and is_guess(values):
+        beyond = joined(list(values["expected_accuracy"]["beyond_range"]))
+        why, cure = f"what is expected is a guess, as {beyond}; ", MEASURE_THERE
+    return f"the tolerance is {LACKS[require]}{count}: {why}`{name}`, {_where(values, require)}. To meet it: {cure}"
 
 
 def _over(place: Values | None, require: str) -> float:
@@ -66,6 +74,6 @@ def _where(values: Values, require: str) -> str:
     text = f"{where}: {sizes}, tolerance {values['tolerance_mm']:g} mm"
     if values["unproved_statements"]:
         return f"{text}; {values['unproved_statements']} statements also run where what remains is not proved"
-    if require == "arm" and _over(place, require) <= values["tolerance_mm"]:
+    if require == "arm" and _over(place, require) <= values["tolerance_mm"] and not is_guess(values):
         return f"{text}; the model was not fitted to measurements of this arm where the program goes"
     return text
