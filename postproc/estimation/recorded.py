@@ -18,7 +18,8 @@ from postproc.estimation.solving.setups import lasting
 from postproc.measure.checks.readings import MISMATCH_M
 from postproc.measure.consensus import agreement
 from postproc.measure.errors import distances
-from postproc.measure.measurements import FEWEST_ROWS_JUDGED
+from postproc.measure.kinds.observed import kind_of
+from postproc.measure.measurements import FEWEST_ROWS_JUDGED, Measurements
 from postproc.model.arm import Model
 from postproc.model.uncertainty.prediction import Uncertainty, parameter_name, range_table, uncertainty_table
 from postproc.model.uncertainty.scatter import scatter_covariance, scatter_of, spring_covariance
@@ -40,6 +41,7 @@ def recorded_model(fit: Fit) -> Model:
     table: dict[str, Any] = {
         "rows": int(len(data) - len(fit.excluded)),
         **({} if fit.observed.each == "axis" else {"each": fit.observed.each}),
+        **({} if data.readings is None else {"kinds": kinds_read(data)}),
         key("rms"): mm(fit.rms),
         "set_aside": [_row_name(fit, *row) for row in fit.excluded_rows],
         **({} if fit.unseen_rms is None else {key("held_out_rms"): mm(fit.unseen_rms)}),
@@ -72,6 +74,12 @@ def recorded_model(fit: Fit) -> Model:
     table["local"] = [e.key for e in added.effects if surest.effect(e.key) is None]
     table["surest"] = {e.key: [float(f"{x:.12g}") for x in e.vector()] for e in surest.effects}
     return replace(added, fit=table, surest=surest)
+
+
+def kinds_read(data: Measurements) -> list[str]:
+    """Return what the rows of a table read, each once: columns that name set-ups, and ``position`` beside them."""
+    positions = ["position"] * bool(np.isfinite(data.position).any())
+    return [*dict.fromkeys(kind_of(name).column for name in data.state.setup_names), *positions]
 
 
 def _row_name(fit: Fit, file: int, row: int) -> str:

@@ -114,6 +114,7 @@ class _Fit(FileTable):
     Args:
         rows: measured rows of the fit.
         each: what one measured number belongs to, of which errors and noise are: an axis, a joint, a reading.
+        kinds: of rows that read something else than positions: gauge, tip, plane, anchor, from; position beside them.
         rms_mm, rms_mrad: error on them.
         set_aside: rows left out, far from everything else, as FILE:ROW.
         held_out_rms_mm, held_out_rms_mrad: error on rows that the fit has not seen.
@@ -143,6 +144,7 @@ class _Fit(FileTable):
 
     rows: Annotated[int, Field(ge=0)] = 0
     each: Literal["axis", "joint", "reading"] = "axis"
+    kinds: list[str] = []
     rms_mm: NotNegative = 0.0
     rms_mrad: NotNegative = 0.0
     held_out_rms_mrad: NotNegative = 0.0

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from postproc.compensation.judgement.accuracy import Accuracy
 from postproc.identification.planning.standing import can_work, random_postures, working_box
 from postproc.model.arm import Model
 from postproc.model.file import read_model
 from postproc.model.uncertainty.scatter import spring_covariance
+from postproc.results.convert.conclusion import touches_help
 from postproc.robot.catalogue import load_robot
 from tests.cli.conftest import Call
 from tests.identification.test_first_plan import TOOL, changes
@@ -131,6 +134,20 @@ def test_twelve_readings_tell_how_an_arm_gives(robot: str, load: int, seed: int,
     spread = np.sqrt(spring_covariance(fitted)[1, 1])
     springs = fitted.effect("joint_compliance").vector()
     assert spread < 0.1 and abs(np.log(springs[1] / real[1])) < 4 * spread
+    touches = call("plan", model, "-n", 1, "--kind", "tip", "--load", load, "-o", tmp_path / "tip.csv")
+    assert f"`postproc fit {table} {tmp_path / 'tip.csv'} --robot {robot} --tool 0,0,300" in touches.err
+    assert fitted.fit["kinds"] == ["gauge"]
+
+
+@pytest.mark.parametrize(
+    ("kinds", "weights", "said"),
+    [(["gauge"], 1e-3, True), (["gauge"], 1e-4, False), (["gauge", "tip"], 1e-3, False), ([], 1e-3, False)],
+)
+def test_touches_are_asked_for_where_readings_alone_leave_the_weights_of_links_open(kinds, weights, said):
+    accuracy = Accuracy(5e-4, 2e-3, 2e-3, (5e-4, 0.0), (0.0, 2e-3), (0.0, 2e-3), by_weights=weights)
+    model = Model(load_robot("ur10"), fit={"kinds": kinds})
+    assert touches_help(accuracy, model) is said
+    assert touches_help(replace(accuracy, beyond=("q2 of 90 deg",)), model) is False
 
 
 def read(path: Path) -> list[dict[str, str]]:

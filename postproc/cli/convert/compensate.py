@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from postproc.cli.convert.finish import finish, module_file, say_missed, show_result
 from postproc.cli.data_names import check_names
 from postproc.cli.options import CertificateFile, CheckFlag, Format, Output, OutputFlag, ReportFile, Require
 from postproc.cli.output import check_outputs
-from postproc.cli.printing import STDIN, print_document, show
+from postproc.cli.printing import STDIN, print_document, say_next, show
 from postproc.cli.program_options import TaskOptions
 from postproc.cli.programs import check_unchanged, named_files, read_program_file, read_task, settled
 from postproc.cli.progress import watching
@@ -16,6 +17,10 @@ from postproc.cli.run import Outcome
 from postproc.diagnostics import PostprocError
 from postproc.files import place
 from postproc.process import spare_scipy
+
+if TYPE_CHECKING:
+    from postproc.compensation.conversion import Conversion
+    from postproc.settings import Settings
 
 
 def run(
@@ -67,6 +72,7 @@ def run(
         result = correct_program(sources, arm, options, watch, findings)
     show(named_files(result.diagnostics, sources))
     show_result(Path(source.path), result, settings, report, certificate)
+    _say_next(settings, result, program)
     code, changes = 0 if result.outputs else max(1, result.exit_code), False
     if result.output is not None:
         names = (source.path, str(target or "compensated"))
@@ -79,3 +85,16 @@ def run(
         print_document({**result.report, **settings.document(arm.robot.name)}, form)
     lacks = say_missed(require, {Path(source.path).name: result.report})
     return Outcome(max(code, changes, lacks), changes, lacks)
+
+
+def _say_next(settings: Settings, result: Conversion, program: str) -> None:
+    """Say how to plan touches of a tip where these would tell weights of links that readings of a gauge leave open."""
+    from postproc.results.convert.conclusion import touches_help
+
+    model, judged = result.model, result.judged
+    if model is None or judged is None or not touches_help(judged.accuracy, model):
+        return
+    heaviest = model.fit["range"].get("payload", (0.0, 0.0))[1]
+    loads, what = ("--load", f"{heaviest:g}") if heaviest else (), "chooses touches that tell how far the arm sags"
+    named = "PROGRAM" if program == STDIN else program
+    say_next(what, "plan", settings.model, "--kind", "tip", *loads, "--for", named, "-o", "tip.csv")

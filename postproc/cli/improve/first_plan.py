@@ -101,10 +101,20 @@ def plan_first(
     if table is not None and not json:
         what = "says what is known of the arm, once the readings are filled in"
         noise = [] if table_options.noise is None else ["--noise", table_options.noise]
-        say_next(what, "fit", table, "--robot", arm.robot_name, *_stands(arm, arm_options), *noise, "-o", "MODEL.toml")
+        tables = (*_tables_of(name, arm), table)
+        say_next(
+            what, "fit", *tables, "--robot", arm.robot_name, *_stands(arm, arm_options), *noise, "-o", "MODEL.toml"
+        )
         for program in programs:
             say_next("corrects that program", "compensate", program, "-m", "MODEL.toml", "-o", "OUT", lead="then")
     return 0
+
+
+def _tables_of(name: Path, arm: Model) -> list[Path]:
+    """Return the tables to which a model in a file was fitted, in its folder where they are there: a fit needs all."""
+    data = arm.fit.get("data", [])
+    beside = [(name.parent / table, Path(table)) for table in ([data] if isinstance(data, str) else data)]
+    return [path if path.is_file() else bare for path, bare in beside]
 
 
 def _stands(arm: Model, stated: ArmOptions) -> list[str]:

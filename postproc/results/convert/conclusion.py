@@ -84,7 +84,14 @@ def _how_sure(
         sure += f" Measured are the springs of {joints}; the others stand as those of the arm's type."
     if known["beyond_range"]:
         return [sure]
-    return [sure, *(_undetermined(accuracy) if accuracy else [])]
+    return [sure, *(_undetermined(accuracy, model) if accuracy else [])]
+
+
+def touches_help(accuracy: Accuracy | None, model: Model | None) -> bool:
+    """Return whether touches would tell weights of links that are open: a dial gauge alone tells nothing of them."""
+    if accuracy is None or model is None or accuracy.beyond or list(model.fit.get("kinds", ())) != ["gauge"]:
+        return False
+    return _weights_open(accuracy)
 
 
 def unknown_accuracy(findings: Iterable[Diagnostic] = (), of_type: bool = False) -> str:
@@ -135,20 +142,26 @@ def _counts(values: Values) -> Counter[str]:
     return Counter(row["status"] for row in values["statements"])
 
 
-def _undetermined(accuracy: Accuracy) -> list[str]:
+def _undetermined(accuracy: Accuracy, model: Model | None) -> list[str]:
     """Return lines on what no row has told, a parameter or link masses, and how to tell it; none where it is little.
 
     Args:
-        accuracy: that of the conversion.
+        accuracy: that of the conversion; model: of the arm.
     """
-    known, weights = accuracy.undetermined, accuracy.by_weights
-    if weights > max(LEAST_M, MATTERING_SHARE * accuracy.within_95):
-        open_ = f"Of that, {1e3 * weights:.2f} mm are open, as the weights of the links are estimates."
-        return [open_, "Positions or touches tell how far the arm sags: `postproc plan --kind tip`."]
+    known = accuracy.undetermined
+    if _weights_open(accuracy):
+        open_ = f"Of that, {1e3 * accuracy.by_weights:.2f} mm are open, as the weights of the links are estimates"
+        helps = ": positions, or touches of a tip, tell how far the arm sags" if touches_help(accuracy, model) else ""
+        return [f"{open_}{helps}."]
     if known is None or known.within_95 < max(LEAST_M, MATTERING_SHARE * accuracy.within_95):
         return []
     size = f"{1e3 * known.within_95:.2f} mm"
     return [f"Of that, {size} are open: the rows say little of {_parameter_text(known)}.", _pull_text(known)]
+
+
+def _weights_open(accuracy: Accuracy) -> bool:
+    """Return whether much of the expected distance is open as the weights of the links are estimates."""
+    return accuracy.by_weights > max(LEAST_M, MATTERING_SHARE * accuracy.within_95)
 
 
 def _parameter_text(known: Undetermined) -> str:
