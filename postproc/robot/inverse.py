@@ -32,6 +32,13 @@ stated, cfx equal (RobotStudio API reference, `ConfigurationMode.Compliant`). To
 moved: home positions of public production programs stand up to 0.4 degrees outside."""
 
 
+NONE_INSIDE = (
+    "check in what the target stands: tool, displacement, and work object (without `\\WObj` it is `wobj0`); as it is "
+    "read no configuration reaches it"
+)
+"""Help where every solution of a pose is beyond a limit."""
+
+
 @dataclass(frozen=True, slots=True)
 class UnreachedPose:
     """Why a pose has no joint angles.
@@ -159,7 +166,11 @@ def _solve(robot: Robot, poses: Array, wanted: NDArray[np.int64]) -> tuple[Array
         )
         for i in np.flatnonzero(~solved)
     ]
-    failures += beyond_limits(robot, result)
+    for failure in beyond_limits(robot, result):
+        others = solutions[failure.index]
+        others = others[np.isfinite(others).all(axis=-1)]
+        none = bool((excess_of(robot, others) > 0.0).any(axis=-1).all())
+        failures.append(replace(failure, help=NONE_INSIDE) if none else failure)
     result[[f.index for f in failures]] = np.nan
     return result, sorted(failures, key=lambda f: f.index)
 
@@ -246,9 +257,10 @@ def _missing(robot: Robot, index: int, solutions: Array, wanted: NDArray[np.int6
     listed = {tuple(confs[i].tolist()): np.degrees(q[i]) for i in reversed(order)}
     nearest, *others = (f"{[*conf]} at joints {_rounded(degrees)} deg" for conf, degrees in reversed(listed.items()))
     help_ = f"write one that exists: {nearest} (nearest)" + "".join(f", {other}" for other in others)
-    what = "" if inside.any() else ", all beyond a limit"
     text = f"no joint solution of the target has the configuration {wanted.tolist()}"
-    return UnreachedPose(index, "configuration", text, help_ + what)
+    if not inside.any():
+        text, help_ = f"{text}, and no other one keeps the limits of the joints", NONE_INSIDE
+    return UnreachedPose(index, "configuration", text, help_)
 
 
 def _rounded(degrees: Array) -> str:

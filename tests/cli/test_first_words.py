@@ -24,7 +24,7 @@ FITTED = (
     + '[fit]\nparameters = ["joint_compliance.compliance_rad_per_Nm[1]"]\ncovariance = [[1.6e-15]]\nunexplained_mm = 0.04\n'
 )
 STIFFNESS = "he stiffness of this arm is not measured: with that of its type {} to {} % of its own deflection remain"
-READINGS = "12 readings with a dial gauge leave about {} to {} % of it: `postproc plan irb4600_40_255 -n 6 --kind gauge --load 40 --pull 100`"
+READINGS = "ix set-ups of a dial gauge leave about {} to {} % of it: `postproc plan irb4600_40_255 -n 6 --kind gauge --load 40 --pull 100 -o gauge.csv`"
 
 
 def words_of(path: Path) -> str:

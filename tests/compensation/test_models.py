@@ -148,8 +148,8 @@ def test_an_estimated_stiffness_says_what_it_means() -> None:
         f"the stiffness of this arm is not measured: with that of its type {100 * low:.0f} to {100 * high:.0f} % of its own deflection"
         " remain"
     )
-    plan = "`postproc plan irb4600_40_255 -n 6 --kind gauge --load 40 --pull 100`"
-    readings = f"12 readings with a dial gauge leave about {100 * least:.0f} to {100 * most:.0f} % of it: {plan}"
+    plan = "`postproc plan irb4600_40_255 -n 6 --kind gauge --load 40 --pull 100 -o gauge.csv`"
+    readings = f"six set-ups of a dial gauge leave about {100 * least:.0f} to {100 * most:.0f} % of it: {plan}"
     assert f"! {sentence}\n" in written(estimate) and f"! {readings}\n" in written(estimate)
     certificate = render_certificate(program_certificate("p.mod", estimate))
     assert f"T{sentence[1:]}" in render_page(conversion_document("p.mod", estimate))

@@ -7,7 +7,7 @@ MODULE HullSeam
   ! postproc 0.1.0: compensated for irb4600_60_205
   ! The tolerance of 0.1 mm is kept in the model; on the arm 0.07 to 1.40 mm are expected while the arc burns.
   ! the stiffness of this arm is not measured: with that of its type 5 to 93 % of its own deflection remain
-  ! 12 readings with a dial gauge leave about 1 to 6 % of it: `postproc plan irb4600_60_205 -n 6 --kind gauge --load 60 --pull 100`
+  ! six set-ups of a dial gauge leave about 1 to 4 % of it: `postproc plan irb4600_60_205 -n 6 --kind gauge --load 60 --pull 100 -o gauge.csv`
   ! model: joint_compliance
   ! on the TCP: force 200, -200, -200 N, along the whole program
   ! deviation [mm]  before  after, in the model  tolerance  expected on the arm

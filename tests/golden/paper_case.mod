@@ -2,7 +2,7 @@ MODULE PaperCase
   ! postproc 0.1.0: compensated for irb4600_60_205
   ! The tolerance of 0.01 mm is kept in the model; on the arm 0.076 to 1.756 mm are expected while the arc burns.
   ! the stiffness of this arm is not measured: with that of its type 5 to 96 % of its own deflection remain
-  ! 12 readings with a dial gauge leave about 1 to 9 % of it: `postproc plan irb4600_60_205 -n 6 --kind gauge --load 60 --pull 100`
+  ! six set-ups of a dial gauge leave about 1 to 8 % of it: `postproc plan irb4600_60_205 -n 6 --kind gauge --load 60 --pull 100 -o gauge.csv`
   ! model: joint_compliance
   ! on the TCP: force 200, -200, -200 N, along the whole program
   ! deviation [mm]  before  after, in the model  tolerance  expected on the arm

@@ -14,7 +14,7 @@ P1 = f"CONST robtarget p1:={target(1350, -500)};"
 PLAIN = module(P1, f"MoveJ p1,v200,fine,tT;\nMoveL {target(1350, -400)},v50,fine,tT;")
 OTHER = f"  CONST robtarget p9:={target(1350, -300)};\n  PROC other()\n    MoveL p9,v50,fine,tT;\n  ENDPROC\n"
 HEADER = re.compile(
-    r"(?:^[ \t]*! (?:postproc|The tolerance|the stiffness|12 readings|model|on the TCP|deviation|lines|speed|0 targets)[^\n]*\n){9,10}",
+    r"(?:^[ \t]*! (?:postproc|The tolerance|the stiffness|six set-ups|model|on the TCP|deviation|lines|speed|0 targets)[^\n]*\n){9,10}",
     re.M,
 )
 NUMBER = re.compile(r"[+-]?\d+\.?\d*(?:E[+-]?\d+)?")

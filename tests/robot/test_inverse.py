@@ -13,7 +13,7 @@ from postproc.robot.arm import Robot
 from postproc.robot.catalogue import load_robot
 from postproc.robot.closed_form import inverse
 from postproc.robot.configuration import branch, confdata, derive
-from postproc.robot.inverse import JointSolution, beyond_limits, joint_solution, nearest_solution, selects
+from postproc.robot.inverse import NONE_INSIDE, JointSolution, beyond_limits, joint_solution, nearest_solution, selects
 from postproc.robot.kinematics import forward
 from postproc.robot.track import track
 from tests.build import refused
@@ -164,6 +164,10 @@ def test_a_configuration_that_does_not_exist_is_answered_with_all_that_do(
         again = solved(q, json.loads(conf))
         assert not again.failures
         assert np.abs(again.q[0] - np.radians([float(x) for x in angles.split(",")])).max() < np.radians(0.051)
+    # Where none keeps the limits, another confdata is no way out: the place is not the one that was meant.
+    still = replace(ROBOT, lower=ROBOT.lower * 1e-3, upper=ROBOT.upper * 1e-3)
+    (none,) = joint_solution(still, forward(still, q), np.array([wanted])).failures
+    assert none.help == NONE_INSIDE and "no other one keeps the limits" in none.message
 
 
 @pytest.mark.parametrize(("beyond", "failing"), [(0.09, False), (-0.09, False), (0.12, True), (0.4, True)])

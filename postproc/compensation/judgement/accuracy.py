@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,7 +13,7 @@ from postproc.arrays import Array
 from postproc.channels.state import State
 from postproc.compensation.correction.curve import Exact
 from postproc.compensation.correction.deviation import away_from_curves
-from postproc.compensation.judgement.type_scatter import GAUGE_READINGS, PULL_N, type_scatter
+from postproc.compensation.judgement.type_scatter import GAUGE_SETUPS, PULL_N, type_scatter
 from postproc.compensation.path.motion import Motion
 from postproc.diagnostics import Diagnostic, Source
 from postproc.model.arm import Model
@@ -26,6 +26,7 @@ from postproc.numbers import mm, percent_range
 
 WITHIN_95 = 2.796  # 95 % of a three-dimensional normal error lie within so many standard deviations per axis
 HALF = 0.5
+TOUCHES = 30  # of a tip, where set-ups of a dial gauge tell too little
 WORTH = 0.9  # of the upper share of the deflection: readings that leave more than that of it are not advised
 _MOST_TARGETS_JUDGED = 500  # targets that are asked
 
@@ -94,8 +95,9 @@ def expect_on_arm(model: Model, motion: Motion, exact: Exact, source: Source) ->
     if scatter is not None and scatter.remaining[1] >= 1.0:
         text = f"the correction may not help: {percent_range(scatter.remaining)} of the deflection may remain"
         text += ", as the stiffness of this arm is not measured"
-        help_, most = "measure this arm, and fit a model of it: `postproc plan` chooses the poses", scatter.remaining[1]
-        findings.append(Diagnostic("CMP027", "warning", text, source, help=help_, size=most))
+        command, _ = _first_plan(model.robot.name, scatter.remaining, scatter.after_gauge, scatter.gauge_load)
+        help_ = f"measure this arm, and fit a model of it: {command}"
+        findings.append(Diagnostic("CMP027", "warning", text, source, help=help_, size=scatter.remaining[1]))
     return Expected(accuracy, scatter, distance), findings
 
 
@@ -120,11 +122,25 @@ def remaining_deflection(values: Mapping[str, Any]) -> tuple[str, str]:
         return "", ""
     text = "the stiffness of this arm is not measured: with that of its type "
     text += f"{percent_range(remaining)} of its own deflection remain"
+    command, tells = _first_plan(values["robot"], remaining, after, values["gauge_load_kg"])
+    if not tells or after is None:
+        return text, f"{command} says what to measure"
+    return text, f"six set-ups of a dial gauge leave about {percent_range(after)} of it: {command}"
+
+
+def _first_plan(
+    robot: str, remaining: Sequence[float], after: Sequence[float] | None, load: float | None
+) -> tuple[str, bool]:
+    """Return the command that plans what to measure first, and whether set-ups of a dial gauge are worth it.
+
+    Args:
+        robot: name of the arm. remaining, after: share of the deflection before and after such set-ups.
+        load: rated payload [kg], None where it is not known.
+    """
     if after is None or after[1] > WORTH * remaining[1]:
-        return text, "`postproc plan` says what to measure"
-    loads = f"--load {values['gauge_load_kg']:g} --pull {PULL_N:g}"
-    plan = f"`postproc plan {values['robot']} -n {GAUGE_READINGS // 2} --kind gauge {loads}`"
-    return text, f"{GAUGE_READINGS} readings with a dial gauge leave about {percent_range(after)} of it: {plan}"
+        return f"`postproc plan {robot} -n {TOUCHES} --kind tip -o tip.csv`", False
+    loads = f"--load {load:g} --pull {PULL_N:g}"
+    return f"`postproc plan {robot} -n {GAUGE_SETUPS} --kind gauge {loads} -o gauge.csv`", True
 
 
 def _expect_accuracy(

@@ -20,8 +20,11 @@ from postproc.model.uncertainty.scatter import (
 )
 from postproc.robot.kinematics import jacobian
 
-GAUGE_READINGS, READING_SIGMA = 12, 1e-5
-"""Of a dial gauge that a shop can take in an hour, and the standard deviation [m] of one of them."""
+GAUGE_SETUPS, READING_SIGMA = 6, 1e-5
+"""Set-ups of a dial gauge that a shop can read in an hour, and the standard deviation [m] of a reading.
+
+Each is read without and with its load, twice: so much is then that of the difference of the means, too.
+"""
 UNBENT_M = 1e-6
 """Root mean square of a deflection that RAPID text does not show."""
 PULL_N = 100.0
@@ -66,19 +69,19 @@ def _covariance_after_gauge(model: Model, state: State) -> Array | None:
 
     At states spread over the program the TCP is loaded along a unit vector u, in turn along the two horizontal axes of
     the world, with `PULL_N`, and along gravity, with the rated payload. A gauge along u is read with that load F and
-    without it; the difference is h f, h_j = F (u J_j)^2 c_j, with the relative compliances f of `scatter_by` and an
-    error of sqrt(2) s, s the deviation of one reading. To first order about f = 1 the logarithms of f then have the
-    covariance (diag(1 / p^2) + sum h h^T / 2 s^2)^-1, p their spread before. Masses stay as uncertain as they are. None
+    without it, twice; the difference of the means is h f, h_j = F (u J_j)^2 c_j, with the relative compliances f of
+    `scatter_by` and the error s of one reading. To first order about f = 1 the logarithms of f then have the
+    covariance (diag(1 / p^2) + sum h h^T / s^2)^-1, p their spread before. Masses stay as uncertain as they are. None
     where the rated payload is not known.
     """
     spring, robot = model.in_role(Role.JOINT_SPRINGS), model.robot
     if spring is None or robot.payload is None:
         return None
-    some = state.rows(np.linspace(0, len(state) - 1, GAUGE_READINGS // 2).round().astype(int))
+    some = state.rows(np.linspace(0, len(state) - 1, GAUGE_SETUPS).round().astype(int))
     axis = np.arange(len(some)) % 3
     along = np.einsum("ni,nij->nj", model.R_world_base[axis], jacobian(robot, some.q, some.T_flange_tcp)[:, :3])
     force = np.array([PULL_N, PULL_N, GRAVITY * robot.payload])[axis]
     shown = force[:, None] * along**2 * spring.vector()
     spread = np.maximum(np.log(stiffness_factors(robot)) / NORMAL_95, 1e-9)
-    information = np.diag(spread**-2.0) + shown.T @ shown / (2 * READING_SIGMA**2)
+    information = np.diag(spread**-2.0) + shown.T @ shown / READING_SIGMA**2
     return scatter_covariance(model, np.linalg.inv(information))

@@ -177,7 +177,7 @@ def _parameter_text(known: Undetermined) -> str:
 def _pull_text(known: Undetermined) -> str:
     """Return the cheapest measurement that tells the parameter; that `plan` says it where no pull does."""
     if known.pull is None or known.pull_displacement < LEAST_M / 5:
-        return "`postproc plan` says which poses tell it."
+        return "`postproc plan MODEL TABLE` says which poses tell it."
     axis = int(np.argmax(known.pull))
     size, way = known.pull[axis], "xyz"[axis % 3]
     how = f"pull with {size:.0f} N along {way}" if axis < 3 else f"turn with {size:.0f} N m about {way}"

@@ -62,7 +62,9 @@ def first_plan_sentence(plan: SetupPlan) -> str:
     count = len(plan.state)
     planned = f"these {count} set-ups" if count > 1 else "this set-up"
     lines = [program_sentences(plan.programs, planned)] * bool(plan.programs)
-    lines.append(f"{text}correction as the arm is known now, {after} with {planned}.")
+    lines.append(
+        f"{text}correction as the arm is known now, {after} with {planned}; `compensate` says it of one program."
+    )
     if shares["of_loads_before"][1] > 0:
         lines.append(f"Of the deflection by the load alone it is {load_before} now, {load_after} with them.")
     if plan.kind == "gauge" and shares["of_loads_after"][1] < LINKS_MATTER * shares["after"][1]:
