@@ -164,7 +164,7 @@ def test_a_circle_point_that_moves_farther_than_the_target_is_named() -> None:
 def test_the_text_for_the_terminal() -> None:
     found = compare(TEXT, TEXT.replace("q,v100,fine", "q,v150,fine").replace("[200,", "[200.25,"))
     sentence, figures, basis, _, heading, columns, row = render_text(difference_document("a", "b", found)).splitlines()
-    assert sentence == "1 of 3 motion statements differ, by up to 0.250 mm."
+    assert sentence == "1 of 3 motion statements differ, by up to 0.250 mm, the speed of 1."
     assert figures == "largest angle 0.000 deg, statements that differ 1"
     assert (basis, heading) == ("Tolerance 0.001 mm and 0.01 deg.", "What differs:")
     assert columns.split()[:5] == ["what", "where", "line", "before", "line"]

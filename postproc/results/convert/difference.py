@@ -15,6 +15,8 @@ from postproc.report.drawing.differences import differences_data
 DIFFERENCE_COLUMNS = ("what", "where", "line before", "line after", "name")
 AMOUNT_COLUMNS = ("dx [mm]", "dy [mm]", "dz [mm]", "distance [mm]", "angle [deg]", "speed [mm/s]", "was [mm/s]", "else")
 FILES = ("file", "result", "changed", "added", "removed", "compared", "distance [mm]", "angle [deg]", "note")
+ROLES = {"\\wobj": "work object", "\\tload": "load", "\\v": "speed", "\\t": "duration", "\\z": "zone"}
+"""Words for arguments of motion statements; others are named as in the table."""
 LONGEST_NAME = 24  # letters of a name that leave room for the amounts beside it
 FEW_DIFFERENCES = 3  # differences of a file that a terminal prints where not all are asked for
 WITHIN = "other bytes, within the tolerance"
@@ -136,7 +138,8 @@ def _change_line(f: FileDiff) -> str:
 def statements_text(difference: ProgramDiff) -> str:
     """Return what differs: ``8 of 9 motion statements differ, by up to 0.46 mm, 2 added``; then all other statements.
 
-    The largest distance is that of targets; where that of a circle point is larger, it is said to be one.
+    Behind the distance stands of how many statements tool, zone or another argument differs: ``the tool of 8``. The
+    largest distance is that of targets; where that of a circle point is larger, it is said to be one.
     """
     moved = [d for d in difference.differences if d.what == "motion"]
     others = Counter(d.kind for d in difference.differences if d.what != "motion")
@@ -146,6 +149,9 @@ def statements_text(difference: ProgramDiff) -> str:
     if farthest is not None and farthest.distance_mm:
         at = " at a circle point" * farthest.at_circle_point
         parts.append(f"by up to {fixed(farthest.distance_mm, 3)} mm{at}")
+    # What stands beside the target counts as much: a tool of another length moves the arm where no target moves.
+    roles = Counter(role for d in moved if d.kind == "changed" for role in dict.fromkeys(r for r, _, _ in d.arguments))
+    parts += [f"the {ROLES.get(role, role)} of {count}" for role, count in roles.items()]
     parts += [f"{kinds[kind]} {kind}" for kind in ("added", "removed") if kinds[kind]]
     further = ", ".join(f"{others[kind]} {kind}" for kind in ("changed", "added", "removed") if others[kind])
     return ", ".join(parts) + (f"; other statements and declarations: {further}" if further else "")
