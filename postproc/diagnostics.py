@@ -126,6 +126,7 @@ class Matter(Enum):
     OFF = auto()  # a statement that stays farther off than its tolerance
     READ_ALONG = auto()  # a file near a program that declares what it lacks
     UNREADABLE = auto()  # an input that cannot be read now, and is not gone
+    CONTRADICTED = auto()  # measurements that contradict each other, or the arm: no promise follows from them
     EDITED = auto()  # a file that somebody changed where it is written anew
 
 

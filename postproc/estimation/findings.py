@@ -11,6 +11,7 @@ from postproc.diagnostics import Diagnostic, joined
 from postproc.effects.asking import of_parameters
 from postproc.effects.roles import Role
 from postproc.effects.similarity import ordinary_sizes
+from postproc.estimation.contradictions import unphysical
 from postproc.estimation.fitted import Fit
 from postproc.estimation.posterior import anywhere
 from postproc.estimation.priors import ORDINARY, UNDETERMINED_SHARE, is_placed
@@ -21,7 +22,6 @@ from postproc.measure.measurements import Measurements
 from postproc.measure.trajectory import is_record
 from postproc.model.arm import Model
 from postproc.model.uncertainty.prediction import parameter_name, predict_sigma
-from postproc.model.uncertainty.scatter import NORMAL_95
 from postproc.numbers import mm
 
 SCARCE = 3.0
@@ -178,37 +178,6 @@ def _scarce(fit: Fit) -> list[Diagnostic]:
     message += f"rows of the fit, {mm(fit.held_out_rms):.3f} {unit} on rows that it has not seen"
     help_ = "measure more poses (`postproc plan` says which), or fit fewer effects"
     return [Diagnostic("DAT016", "warning", message, fit.data.source, help=help_)]
-
-
-def unphysical(fit: Fit) -> list[Diagnostic]:
-    """Return DAT026 where the rows alone would make joint compliances negative by more than their 95 % interval."""
-    effect = fit.model.in_role(Role.JOINT_SPRINGS)
-    if effect is None:
-        return []
-    # The prior keeps springs positive: what counts is where the rows alone would have them.
-    kept = effect.vector()
-    x, sigma = kept.copy(), np.full(len(kept), np.inf)
-    step = fit.inverse @ (fit.columns.T @ fit.problem.residual)
-    for k, (key, j) in enumerate(fit.parameters):
-        if key == effect.key:
-            x[j] += step[k]
-            sigma[j] = np.sqrt(fit.scatter_of_parameters * fit.inverse[k, k])
-    for j in (i for key, i in fit.at_bound if key == effect.key):
-        column = fit.linear.project(fit.problem.slopes(effect, np.arange(len(x)) == j))
-        information = float(np.sum(column**2))
-        x[j] += float(column[:, 0] @ fit.linear.residual) / max(information, 1e-300)
-        sigma[j] = np.sqrt(fit.variance / max(information, 1e-300))
-    joints = np.flatnonzero(x + NORMAL_95 * sigma < 0).tolist()
-    if not joints:
-        return []
-    alone = joined([f"{1e6 * x[j]:.2g} ± {1e6 * sigma[j]:.1g} (joint {j + 1})" for j in joints])
-    fitted_text = joined([f"{1e6 * kept[j]:.2g}" for j in joints])
-    message = f"by the rows alone the compliance would be negative, {alone} \N{MICRO SIGN}rad/(N m): no gear yields "
-    message += f"against its load; the model has {fitted_text}"
-    help_ = "a load is missing that works against gravity there (balancer, arm load, payload): ask `postproc diagnose`"
-    if len(joints) > 1 and not (x > NORMAL_95 * sigma).any():
-        help_ = "gravity pulls the other way: where the arm hangs, `postproc fit --mounting 180,0,0` says so"
-    return [Diagnostic("DAT026", "warning", message, fit.data.source, help=help_)]
 
 
 def implausible(fit: Fit) -> list[Diagnostic]:

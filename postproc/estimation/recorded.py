@@ -11,6 +11,7 @@ import numpy as np
 from postproc import __version__
 from postproc.diagnostics import PostprocError
 from postproc.effects.roles import FRAME_ROLES, Role
+from postproc.estimation.contradictions import contradictions
 from postproc.estimation.fitted import Fit
 from postproc.estimation.link_mass import link_mass_directions
 from postproc.estimation.priors import prior_of
@@ -51,6 +52,8 @@ def recorded_model(fit: Fit) -> Model:
         "undetermined": [parameter_name(fit.model, *name) for name in undetermined(fit)],
         "range": range_table(data.state),
     }
+    if against := contradictions(fit):
+        table["contradicted"] = [finding.message for finding in against]
     if after.base:
         table["base"] = [parameter_name(model, *name) for name in after.base]
     if fit.parts.repeatability is not None:
@@ -109,10 +112,16 @@ def expected_remaining(fit: Fit) -> tuple[tuple[Share, Share], tuple[Share, Shar
     """Return what remains of the deflection under the loads of rows, and of that by these loads alone (`scatter_of`).
 
     First after a correction with the stiffness of the arm's type, then with the fitted one: no load on the tool tells
-    how heavy the links are. None without joint springs that were fitted, or without readings.
+    how heavy the links are. None without joint springs that were fitted, without readings, or where nothing can be
+    promised (`contradictions`).
     """
     spring = fit.model.in_role(Role.JOINT_SPRINGS)
-    if spring is None or fit.data.readings is None or not np.any(fit.free.get(spring.key, False)):
+    if (
+        contradictions(fit)
+        or spring is None
+        or fit.data.readings is None
+        or not np.any(fit.free.get(spring.key, False))
+    ):
         return None
     usual = spring.with_vector(prior_of(spring.with_vector(spring.null_vector()), fit.model).value)
     typical = replace(fit.model.with_effects(*(usual if e is spring else e for e in fit.model.effects)), fit={})

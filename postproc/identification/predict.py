@@ -26,6 +26,7 @@ from postproc.measure.errors import distances
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.columns import columns_of
 from postproc.model.arm import Model
+from postproc.model.doubts import contradicted
 from postproc.model.equilibrium import predict
 from postproc.model.ordered import with_ordered_channels
 from postproc.model.uncertainty.prediction import (
@@ -113,7 +114,12 @@ def predict_rows(model: Model, data: Measurements, place: bool = False) -> Predi
     sigma, measured = np.hypot(parts[:, 0], parts[:, 1]), np.sqrt(np.sum(parts**2, axis=1))
     if placed is None:
         findings += _elsewhere(model, data, seen, position)
-    findings += [*derived_sides(model, data), *_unread_effects(model, state, data), *_beyond(model, state, data)]
+    findings += [
+        *contradicted(model, data.source),
+        *derived_sides(model, data),
+        *_unread_effects(model, state, data),
+        *_beyond(model, state, data),
+    ]
     findings += _unknown_reflectors(known, state, data)
     if data.T_frame_object is not None:
         stated = np.isfinite(data.T_frame_object).all(axis=(1, 2))

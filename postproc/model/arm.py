@@ -75,7 +75,7 @@ class Model:
     def measured_springs(self) -> tuple[int, ...]:
         """Joints, from 1, whose compliance rows have told: the fit has it, and it does not stand at its prior."""
         spring = self.in_role(Role.JOINT_SPRINGS)
-        if spring is None:
+        if spring is None or self.fit.get("contradicted"):
             return ()
         known = {*self.fit.get("parameters", ())} - {*self.fit.get("undetermined", ())}
         return tuple(j + 1 for j, name in enumerate(spring.names()) if f"{spring.key}.{name}" in known)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.channels.state import State
-from postproc.diagnostics import Diagnostic
+from postproc.diagnostics import Diagnostic, Matter, Source
 from postproc.effects.asking import load_of
 from postproc.effects.base import Effect
 from postproc.model.arm import Model
@@ -34,6 +34,20 @@ def doubts(model: Model) -> Iterator[tuple[str, str, Diagnostic]]:
             help_ = f"check signs and units (`postproc effects show {key}`); a fit that came to this misses a load: "
             finding = Diagnostic("MOD005", "error", f"no arm has `{entry}` of `{key}`", help=help_ + "`diagnose`")
             yield key, list(effect.parameters())[effect.layout.parameter[first]], finding
+
+
+def contradicted(model: Model, source: Source | None = None) -> list[Diagnostic]:
+    """Return MOD015 for each reason for which nothing is promised with a fitted model: what its rows contradict.
+
+    Args:
+        source: the file that the model is used for.
+    """
+    help_ = "mend what it says, and fit again: how far the model is off is not known"
+    text = "what this model was fitted to contradicts itself"
+    return [
+        Diagnostic("MOD015", "warning", f"{text}: {why}", source, help=help_, matter=Matter.CONTRADICTED)
+        for why in model.fit.get("contradicted", ())
+    ]
 
 
 def flange_mass(model: Model, state: State) -> Array:

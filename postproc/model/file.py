@@ -130,6 +130,7 @@ class _Fit(FileTable):
         covariance: lower triangle, SI; in place of sigma and correlation, by hand and in older files.
         unseen: directions in which parameters may be off unseen.
         link_mass: directions in which parameters and the masses of bodies 1 to 6, by their logarithms, may be off.
+        contradicted: why nothing is promised with this fit: what its rows contradict.
         base: undetermined parameters that only move the base as a whole, which work that counts from the arm ignores.
         unexplained_mm: per axis, without the noise.
         beyond_mm: per axis, what else stays unexplained where no measured row is near.
@@ -167,6 +168,7 @@ class _Fit(FileTable):
     covariance: list[_Row] = []
     unseen: list[_Row] = []
     link_mass: list[_Row] = []
+    contradicted: list[str] = []
     base: Names = []
     unexplained_mm: NotNegative = 0.0
     beyond_mm: NotNegative = 0.0

@@ -32,6 +32,8 @@ def render_model(model: Model, before: str = "") -> str:
     measured = list(model.measured_springs)
     if measured or model.stiffness_source:
         content["stiffness_source"] = "measured" if measured else model.stiffness_source
+    else:
+        document.pop("stiffness_source", None)
     if 0 < len(measured) < 6 or "measured_springs" in document:
         content["measured_springs"] = measured
     content |= _frames(model, document)

@@ -25,6 +25,7 @@ from postproc.rapid.data.records import Pose
 from postproc.rapid.motions.units import pose_matrix
 from postproc.report.page import render_certificate, render_page
 from postproc.results.certificate import Verdict, program_certificate
+from postproc.results.convert.conclusion import unknown_accuracy
 from postproc.results.convert.conversion import conversion_document
 from postproc.robot.cells.cell import Cell, CellArm
 from postproc.robot.cells.station import Station
@@ -137,6 +138,16 @@ def test_an_arm_without_weight_or_springs_is_refused() -> None:
         doubts = {d.code: d.severity for d in conversion.diagnostics if d.code in ("KIN010", "MOD006")}
         assert doubts == severities
         assert bool(conversion.outputs) == ("error" not in severities.values())
+
+
+def test_a_fit_that_contradicts_itself_promises_nothing() -> None:
+    name = "joint_compliance.compliance_rad_per_Nm[2]"
+    for why in ([], ["the gauges contradict each other"]):
+        fit = {"parameters": [name], "covariance": ["1e-20"], "contradicted": why}
+        conversion = convert(TWO, replace(arm(), fit=fit), force=NO_FORCE)
+        assert [why[0] in d.message for d in findings(conversion, "MOD015")] == [True] * len(why)
+        assert (conversion.report["expected_accuracy"] is None) is bool(why)
+        assert ("contradicts itself" in unknown_accuracy(conversion.diagnostics)) is bool(why)
 
 
 def test_an_estimated_stiffness_says_what_it_means() -> None:

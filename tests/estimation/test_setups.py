@@ -13,6 +13,7 @@ import pytest
 
 from postproc.diagnostics import PostprocError, Source
 from postproc.effects.registry import effect_library
+from postproc.estimation.contradictions import contradictions
 from postproc.estimation.findings import implausible
 from postproc.estimation.fitted import Fit
 from postproc.estimation.recorded import expected_remaining, recorded_model, silent
@@ -27,9 +28,11 @@ from postproc.measure.read.layout import read_column_map
 from postproc.measure.read.table import read_measurements
 from postproc.measure.read.terms import Reading
 from postproc.model.arm import Model
+from postproc.model.doubts import contradicted
 from postproc.model.file import parse_model
 from postproc.model.uncertainty.prediction import derivatives, read_uncertainty
 from postproc.results.improve.comparison import comparison_document
+from postproc.results.improve.fit import known_of
 from postproc.robot.catalogue import load_robot
 from postproc.robot.pose import transform
 from tests.bench.shop.arms import ROBOTS, Shop, shop
@@ -340,9 +343,30 @@ def test_set_ups_of_which_several_are_misread_contradict_each_other() -> None:
     rows = gauges(np.random.default_rng(SEED), s, 6)
     spoilt = rows.reading.copy()
     spoilt[1::2] += np.array([0.0, 2.0, 0.0, -0.8, 0.0, 2.0]) * (spoilt[1::2] - spoilt[::2])
-    data = read(replace(rows, reading=spoilt), s)
+    rows = replace(rows, reading=spoilt)
+    data, fit = read(rows, s), fitted(rows, s, ("joint_compliance",))
     (finding,) = (d for d in data.diagnostics if d.code == "DAT041")
     assert "contradict each other" in finding.message and not data.wrong
+    far = 1e3 * np.linalg.norm(s.center - s.tool)
+    assert str(finding.help).startswith(f"the loads hang {far:.0f} mm from the TCP: is `--tool` right, in mm?")
+    assert expected_remaining(fit) is None and "(DAT041" in known_of(fit)[0]
+    model = recorded_model(fit)
+    assert finding.message in model.fit["contradicted"] and not model.measured_springs
+    assert read_uncertainty(model) is None and finding.message in contradicted(model)[0].message
+
+
+@pytest.mark.parametrize(("joint", "factor"), [(1, 30.0), (2, 1 / 30)])
+def test_a_spring_that_no_arm_has_is_named_and_nothing_promised(joint: int, factor: float) -> None:
+    """Of a type whose spring is another by a factor, rows of the arm tell that this one is unlike it."""
+    s, robot = an_arm(), load_robot(ROBOT)
+    rows, usual = gauges(np.random.default_rng(SEED), s), np.array(robot.joint_compliance)
+    usual[joint] *= factor
+    model = Model(replace(robot, joint_compliance=usual), T_flange_tcp=transform(s.tool), robot_name=ROBOT)
+    fit = fit_effects(model, read(rows, s), [effect_library()["joint_compliance"]])
+    (finding,) = contradictions(fit)
+    assert finding.code == "DAT026" and f"(joint {joint + 1}, of the type " in finding.message
+    assert expected_remaining(fit) is None
+    assert not contradictions(fitted(rows, s, ("joint_compliance",)))
 
 
 def test_a_tool_far_off_that_gauges_hardly_tell_from_springs_is_to_be_stated() -> None:

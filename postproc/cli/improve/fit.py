@@ -40,6 +40,7 @@ def run(
         json: print the postproc/fit/1 document.
     """
     from postproc.effects.roles import FRAME_ROLES
+    from postproc.estimation.contradictions import contradictions
     from postproc.estimation.recorded import no_farther_than_nominal, recorded_model, silent
     from postproc.identification.add import fit_effects
     from postproc.results.improve.fit import fit_document
@@ -61,6 +62,7 @@ def run(
             classes = [c for c in classes if c.key not in nothing]
             fit = fit_effects(model, measured, classes, noise=table.sigma, watch=watch)
     _check_frames(fit, {cls.key for cls in classes})
+    show(finding for finding in contradictions(fit) if finding not in measured.diagnostics)
     no_farther_than_nominal(fit)
     write_model(output, recorded_model(fit), silent=json)
     present(fit_document(short_names(*data), fit), report, json=json, text=text, on_stderr=output is None)

@@ -15,7 +15,7 @@ from postproc.effects.base import FILLED_BY_MODEL, Effect
 from postproc.effects.roles import Role
 from postproc.model.arm import Model
 from postproc.model.controller import STIFFNESS, UNREAD, corrected_by_controller
-from postproc.model.doubts import doubts
+from postproc.model.doubts import contradicted, doubts
 from postproc.model.equilibrium import equilibrium
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.motions.units import tool_matrix
@@ -40,8 +40,9 @@ def applicable_model(model: Model, events: Sequence[MotionEvent], options: Optio
 
     Returns:
         The model, and findings: CMP011 what was done about the measured tool, CMP014 in which axes an arm whose base is
-        turned is programmed, CMP016 what is left out for a channel, MOD005 implausible parameters, KIN010 an arm
-        without masses, KIN018 compliances from the controller, MOD006 a model in which nothing yields to a load.
+        turned is programmed, CMP016 what is left out for a channel, MOD005 implausible parameters, MOD015 a fit that
+        contradicts itself, KIN010 an arm without masses, KIN018 compliances from the controller, MOD006 a model in
+        which nothing yields to a load.
 
     Raises:
         PostprocError: MOD012, the controller cannot correct by itself what the options say.
@@ -52,7 +53,7 @@ def applicable_model(model: Model, events: Sequence[MotionEvent], options: Optio
     known = KNOWN_FROM_PROGRAM | {c.name for e in model.effects for c in e.ordered_channels}
     known |= {"external_axes", *(f"eax_{axis}" for axis in joints)} if joints else set()
     source = events[0].statement.source
-    findings = [d for _, _, d in doubts(model)]
+    findings = [*(d for _, _, d in doubts(model)), *contradicted(model, source)]
     findings += [*_without_load(model, options, source), *_turned(model, events), *_of_controller(model, source)]
     for name in sorted(stated - {n for e in model.effects for n in e.reads if n not in known}):
         text, help_ = f"no effect of the model waits for a channel `{name}`", "check its spelling, or leave it out"

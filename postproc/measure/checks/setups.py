@@ -1,36 +1,35 @@
-"""What is likely wrong with readings of tips and gauges: names, directions, units, single readings."""
+"""What is likely wrong with readings of gauges: directions, units, single readings."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.channels.state import State
-from postproc.diagnostics import Diagnostic, Severity, joined
+from postproc.diagnostics import Diagnostic, Matter, Severity, joined
+from postproc.measure.checks.tips import Odd, check_tips
 from postproc.measure.kinds.gauge import Gauge
 from postproc.measure.kinds.observed import kind_of, rows_of
-from postproc.measure.kinds.tip import Tip
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.cells import Cells
 from postproc.measure.read.setups import scale_step
 from postproc.robot.arm import Robot
-from postproc.robot.kinematics import forward, jacobian
+from postproc.robot.kinematics import jacobian
 from postproc.robot.pose import transform
 
-APART_M = 0.010
-"""Distance by which rows of one tip lie apart that no arm explains."""
 SAME_RAD = 1e-4
 LEAST_CHANGE_M = 1e-4
 """Change of a reading under load below which its sign and its size say nothing."""
 TIMES_TYPE = 12.0
 """So many times as soft, or as stiff, as its type no arm is."""
+APART_M = 0.1
+"""Distance of hung loads from the TCP that is worth a word where readings contradict each other."""
 SURE = 0.1
 """Share of the joints' deflections that may go the other way where the sign of their sum is sure."""
-REWEIGHTINGS = 30
 FEWEST_CHANGES, FEWEST_LEFT = 6, 4
 """At most one change in so many is taken to be wrong, or one of fewer where so many remain."""
 DIAL_M, SHARE, COMPLIANCE_LOG = 2e-5, 0.02, 0.7
@@ -47,10 +46,6 @@ MOST_TRIED = 8
 """Changes that are tried as the wrong one: those that miss most."""
 
 
-Odd = tuple[Diagnostic, NDArray[np.intp]]
-"""A finding, and the rows that are not used for it."""
-
-
 def check_setups(
     data: Measurements, robot: Robot, cells: Cells, tool: Array | None = None
 ) -> tuple[list[Diagnostic], frozenset[tuple[int, int]]]:
@@ -61,7 +56,7 @@ def check_setups(
     """
     at = data.state.T_flange_tcp if data.tool_known or tool is None else np.broadcast_to(tool, (len(data), 4, 4))
     alike = _alike(data.state)
-    odd = [*_check_tips(data, robot, cells), *_check_zeros(data, alike, cells), *_check_repeated(data, alike, cells)]
+    odd = [*check_tips(data, robot, cells), *_check_zeros(data, alike, cells), *_check_repeated(data, alike, cells)]
     left = data.usable.copy()
     for _, rows in odd:
         left[rows] = False
@@ -75,59 +70,23 @@ def check_setups(
     return [finding for finding, _ in odd], wrong
 
 
-def _check_tips(data: Measurements, robot: Robot, cells: Cells) -> Iterator[Odd]:
-    """Yield DAT041 for rows of a tip that touch another point than most rows of it.
-
-    With p and R the nominal flange and t the TCP on it, p + R t = c in every row: c and t of least absolute misses.
-    """
-    tips = rows_of(data.state, kind_of(Tip.column))
-    tips = tips[data.usable[tips]]
-    if not len(tips):
-        return
-    T = forward(robot, data.state.q[tips])
-    names, which = np.unique(np.asarray(data.state.setup)[tips], return_inverse=True)
-    columns = np.concatenate([T[:, :3, :3], -np.kron(np.eye(len(names))[which, None], np.eye(3))], axis=2)
-    if 3 * len(tips) < 2 * columns.shape[2]:
-        return
-    weight = np.ones(len(tips))
-    for _ in range(REWEIGHTINGS):
-        A, y = columns * weight[:, None, None], -T[:, :3, 3] * weight[:, None]
-        x = np.linalg.lstsq(A.reshape(-1, columns.shape[2]), y.ravel(), rcond=1e-9)[0]
-        off = np.linalg.norm(columns @ x + T[:, :3, 3], axis=1)
-        weight = 1.0 / np.sqrt(np.maximum(off, 1e-4))
-    for k, name in enumerate(data.state.setup_names[i] for i in names):
-        at = which == k
-        typical = float(np.median(off[at]))
-        far = tips[at & (off > max(APART_M, 10 * typical))]
-        if 2 * len(far) > at.sum() or typical > APART_M:
-            message = f"the rows of `{name}` touch no common point: half of them lie over "
-            message += f"{1e3 * typical:.0f} mm from any"
-            help_ = "give each point that was touched a name of its own, and check the arm's name"
-            yield cells.finding("DAT041", "error", message, help_, int(tips[at][0])), tips[:0]
-        elif len(far):
-            listed = ", ".join(str(data.row[i]) for i in far[:5]) + (", .." if len(far) > 5 else "")
-            message = f"rows {listed} lie over {1e3 * APART_M:.0f} mm from the point of `{name}` "
-            message += "that its other rows touch: was it another one?"
-            help_ = "give another point a name of its own; until then these rows are not used"
-            yield cells.finding("DAT041", "warning", message, help_, int(far[0])), far
-
-
 @dataclass(frozen=True)
 class LoadChanges:
     """What gauges show of loads: changes from the first row of a set-up in which the arm stands still.
 
     Args:
         row: (m,) index of the loaded row. change: (m,) of the reading [m]. by_joint: (m, 6) what the springs of the
-            type give of it [m].
+            type give of it [m]. apart: usual distance of a hung load from what the gauges touch [m].
     """
 
     row: NDArray[np.intp]
     change: Array
     by_joint: Array
+    apart: float = 0.0
 
     def some(self, index: NDArray[np.bool_] | NDArray[np.intp]) -> LoadChanges:
         """Return some of the changes, by a mask or by indices."""
-        return LoadChanges(self.row[index], self.change[index], self.by_joint[index])
+        return LoadChanges(self.row[index], self.change[index], self.by_joint[index], self.apart)
 
 
 def _alike(state: State) -> NDArray[np.intp]:
@@ -246,17 +205,19 @@ def _changes(
     if not pairs:
         return None
     before, row = np.array(pairs).T
-    at_tcp, torque = jacobian(robot, state.q, tool), np.zeros_like(state.q)
+    at_tcp, torque, apart = jacobian(robot, state.q, tool), np.zeros_like(state.q), 0.0
     if state.payload_mass is not None:
         centre = transform(np.zeros((len(data), 3)) if state.payload_center is None else state.payload_center)
         weight = state.payload_mass[:, None] * state.gravity
         torque += np.einsum("nij,ni->nj", jacobian(robot, state.q, centre)[:, :3], weight)
+        off = np.linalg.norm((centre - tool)[row, :3, 3], axis=1)[state.payload_mass[row] > 0]
+        apart = float(np.median(off)) if len(off) else 0.0
     if state.wrench is not None:
         torque += np.einsum("nij,ni->nj", at_tcp, state.wrench)
     moved = np.einsum("mi,mij->mj", readings.direction[row], at_tcp[row, :3])
     mean = {k: float(np.mean(readings.numbers[rows, 0])) for k, rows in states.items()}
     change = np.array([mean[int(alike[i])] - mean[int(alike[start])] for start, i in pairs])
-    return LoadChanges(row, change, moved * (torque[row] - torque[before]) * robot.joint_compliance)
+    return LoadChanges(row, change, moved * (torque[row] - torque[before]) * robot.joint_compliance, apart)
 
 
 def _check_sizes(changes: LoadChanges, robot: Robot, cells: Cells) -> Iterator[Odd]:
@@ -291,9 +252,10 @@ def _check_single(changes: LoadChanges, data: Measurements, cells: Cells) -> Ite
         help_ = "turn the sign of `nx`, `ny`, `nz` there; until then these rows are not used"
         if severity == "error":
             help_ = "turn the sign of all directions, or of all readings"
-        if severity == "error" or 2 * turned.sum() > sure.sum():
-            help_ += "; is the base mounted as stated (`--mounting`, `[mounting]`)?"
-        yield cells.finding("DAT041", severity, message, help_, int(rows[0])), rows
+        most = 2 * turned.sum() > sure.sum()
+        help_ += "; is the base mounted as stated (`--mounting`, `[mounting]`)?" * bool(most)
+        finding = cells.finding("DAT041", severity, message, help_, int(rows[0]))
+        yield replace(finding, matter=Matter.CONTRADICTED if most else None), rows
     yield from find_strays(changes.some(~turned), data, cells)
 
 
@@ -325,11 +287,14 @@ def find_strays(changes: LoadChanges, data: Measurements, cells: Cells) -> Itera
             f"the gauges contradict each other under load: whatever the springs are, they miss by {1e3 * missed:.3f} "
         )
         message += "mm in the mean"
-        help_ = "more than one was misread, or the loads, the directions or the TCP (`--tool`) are not as stated: read "
-        yield (
-            cells.finding("DAT041", "warning", message, f"{help_}the set-ups again", int(changes.row[0])),
-            changes.row[:0],
-        )
+        help_ = "more than one was misread, or the loads, the directions, the mounting or the TCP are not as stated: "
+        help_ += "correct that, or read the set-ups again"
+        if changes.apart > APART_M:
+            help_ = (
+                f"the loads hang {1e3 * changes.apart:.0f} mm from the TCP: is `--tool` right, in mm? If so, {help_}"
+            )
+        finding = cells.finding("DAT041", "warning", message, help_, int(changes.row[0]))
+        yield replace(finding, matter=Matter.CONTRADICTED), changes.row[:0]
         return
     for tried, gain in steps:
         if gain.max() < STRAY**2 * scale or off[tried[np.argmax(gain)]] < LEAST_CHANGE_M:

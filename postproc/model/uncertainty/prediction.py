@@ -115,7 +115,12 @@ def parameter_name(model: Model, key: str, index: int) -> str:
 
 
 def read_uncertainty(model: Model) -> Uncertainty | None:
-    """Read the uncertainty in the model's table [fit], but for parameters that it lacks; None without covariance."""
+    """Read the uncertainty in the model's table [fit], but for parameters that it lacks.
+
+    None without covariance, and where the rows of the fit contradict each other: their scatter is not that of an error.
+    """
+    if model.fit.get("contradicted"):
+        return None
     listed = list(model.fit.get("parameters", []))
     open_names = list(model.fit.get("not_identifiable", []))
     covariance = stated_covariance(model.fit, len(listed))

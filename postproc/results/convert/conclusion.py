@@ -98,11 +98,14 @@ def unknown_accuracy(findings: Iterable[Diagnostic] = (), of_type: bool = False)
     """Return a clause: how near the real torch comes is not known, since the model was not fitted to this arm.
 
     Args:
-        findings: of the conversion; where they say that parts of a model do not hold here, that is the reason given.
+        findings: of the conversion; where they say that parts of a model do not hold here, or that its fit contradicts
+            itself, that is the reason given.
         of_type: what is expected on the arm follows from the scatter of its type's stiffness.
     """
     if any(d.matter is Matter.OMITTED for d in findings):
         return "not all of the model holds here: how near the real torch comes is not known"
+    if any(d.matter is Matter.CONTRADICTED for d in findings):
+        return "what the model was fitted to contradicts itself: how near the real torch comes is not known"
     why = "the model was not fitted to measurements of this arm"
     if of_type:
         return f"{why}: what is expected counts its stiffness alone (`postproc fit`)"

@@ -11,7 +11,7 @@ import numpy as np
 from postproc.channels.units import shown, unit_of
 from postproc.diagnostics import joined
 from postproc.effects.registry import BUILT_IN
-from postproc.estimation.findings import unphysical
+from postproc.estimation.contradictions import unphysical
 from postproc.estimation.solving.smooth import effective_parameters
 from postproc.grouping import grouped
 from postproc.identification.diagnosis import Diagnosis, law_of_suspect

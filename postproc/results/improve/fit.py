@@ -9,6 +9,7 @@ import numpy as np
 
 from postproc.diagnostics import Diagnostic, joined
 from postproc.effects.roles import Role
+from postproc.estimation.contradictions import contradictions
 from postproc.estimation.findings import MOST_ROWS_NAMED, cautions
 from postproc.estimation.fitted import Fit
 from postproc.estimation.recorded import beyond_sigma, expected_remaining, pose_error_sigma, undetermined
@@ -42,6 +43,7 @@ REMAINING = (
     "type; with this model it is {}. Of that by the loads alone, without the weight of the links, it was {} and is {}. "
     "That holds for loads that acted where the table says"
 )
+NO_PROMISE = "The measurements contradict each other, or the arm: how much a correction leaves is not known"
 
 
 def fit_document(name: str, fit: Fit) -> Document:
@@ -89,6 +91,9 @@ def laws_in_symbols(fit: Fit) -> list[str]:
 def known_of(fit: Fit) -> list[str]:
     """Return sentences on undetermined parameters, rows left out, and what to know before relying on the fit."""
     lines = [*undetermined_sentences(fit), *excluded_rows(fit), *map(sentence_of, cautions(fit))]
+    if against := contradictions(fit):
+        codes = joined(list(dict.fromkeys(finding.code for finding in against)))
+        return [f"{NO_PROMISE} ({codes}).", *lines]
     if (shares := expected_remaining(fit)) is None:
         return lines
     return [REMAINING.format(*map(percent_range, chain(*shares))), *lines]
