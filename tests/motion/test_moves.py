@@ -68,6 +68,19 @@ def test_the_place_that_a_kept_configuration_cannot_reach_is_named() -> None:
     assert "configuration in which it comes" in findings[0].message and len(moves) == 2
 
 
+def test_a_line_that_nobody_monitors_ends_where_its_way_turns_the_wrist() -> None:
+    """Past a nearly straight wrist axis 4 turns by 111 deg; from goal to goal it would seem to turn over. Home is free."""
+    q = np.radians([5.0, 20.0, 10.0, 60.0, 4.0, -60.0])
+    way = np.stack([A.shift(0.0, y, 0.0) @ tcp(q[None], np.eye(4))[0] for y in np.linspace(0.0, 0.2, 401)])
+    begin, home = (f"MoveAbsJ [[5,20,10,{wrist}],{E}],v200,fine,tool0;" for wrist in ("60,4,-60", "0,60,0"))
+    lines = "".join(f"MoveL {as_target(way[k], '0,0,0,0')},v50,fine,tool0;" for k in (400, 300))
+    moves, _ = read_moves(ROBOT, build.events(f"{begin}ConfL\\Off;{lines}{home}", T1))
+    true = I.follow(ARM, way, q)
+    assert true is not None
+    assert np.abs(np.array([m.q for m in moves[1:3]]) - true[[400, 300]]).max() < 1e-5
+    assert sample_path(ROBOT, moves)[1] == []
+
+
 def test_a_flat_arc_points_to_its_target() -> None:
     flat = build.target(1000, -150, 600, "[0,0,1,0]", "[-1,0,-1,0]")
     body = f"MoveJ {P1},v200,fine,t1;\nMoveC {flat},{P2},v50,fine,t1;"

@@ -12,6 +12,7 @@ from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic
 from postproc.motion.findings import in_turns, once, place
 from postproc.motion.mounts import Mounts
+from postproc.motion.path.arrivals import as_they_arrive
 from postproc.motion.path.places import UNKNOWN_AXES, unit_of
 from postproc.motion.path.postures import goal_joints
 from postproc.motion.path.refusals import another_arm, doubt_weights, only_displaced, refuse_events
@@ -92,7 +93,7 @@ def read_moves(
         via = via_matrix(e) if kind == "arc" and e.via is not None else None
         goal = T_work_tcp[row] if isinstance(e.target, RobTarget) else None
         moves.append(Move(i, e, kind, q[row], T_work_tcp=goal, T_work_via=via, frame=frame, axes=axes, **fields))
-    return _chained(events, moves), once(findings)
+    return as_they_arrive(robot, _chained(events, moves)), once(findings)
 
 
 def _chained(events: Sequence[MotionEvent], moves: Sequence[Move]) -> list[Move]:
