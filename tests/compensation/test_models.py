@@ -25,7 +25,7 @@ from postproc.rapid.data.records import Pose
 from postproc.rapid.motions.units import pose_matrix
 from postproc.report.page import render_certificate, render_page
 from postproc.results.certificate import Verdict, program_certificate
-from postproc.results.convert.conclusion import unknown_accuracy
+from postproc.results.convert.conclusion import conclusion, unknown_accuracy
 from postproc.results.convert.conversion import conversion_document
 from postproc.robot.cells.cell import Cell, CellArm
 from postproc.robot.cells.station import Station
@@ -335,6 +335,19 @@ def test_expected_accuracy_in_closed_form() -> None:
     errors = np.linalg.norm(drawn * np.hypot([2e-5 * reach[0], 0.0, 0.0], 0.05), axis=1)
     ends = np.hypot(np.quantile(errors, [0.025, 0.975]), document["max_error_after_mm"])
     assert document["expected_on_arm_mm"] == pytest.approx(ends, rel=0.01, abs=5e-4)
+    # A weld nearer to axis 1 than the way there is known better; the model claims both apart, and no weld beyond its own.
+    weld = f"MoveJ p1,v200,fine,tT; ArcLStart p2,{PROCESS},fine,tT; ArcLEnd p3,{PROCESS},fine,tT;"
+    conversion = convert(
+        small(weld, "p1 1350 -500, p2 1350 -100, p3 1350 100"), measured(), force=NO_FORCE, tolerance_m=1e-5
+    )
+    (_, line), claim = conclusion(conversion)[1], conversion.report["expected_accuracy"]
+    assert document["expected_accuracy"]["within_95_percent_at_welds_mm"] is None
+    assert claim["within_95_percent_at_welds_mm"] == pytest.approx(2.796 * each[1], rel=2e-3)
+    sizes = [f"{2.796 * x:.3f} mm" for x in (each[1], each[0])]
+    assert (
+        line == f"The fitted model itself may be off by up to {sizes[0]} (95 %) where it welds, {sizes[1]} in the air."
+    )
+    assert conversion.report["figures"][0]["expected_on_arm_mm"][1] >= claim["within_95_percent_at_welds_mm"]
 
 
 def test_outside_the_measured_range() -> None:
@@ -343,6 +356,9 @@ def test_outside_the_measured_range() -> None:
     (finding,) = findings(outside, "CMP010")
     assert "joint 1" in finding.message and "-10.0" in finding.message
     assert outside.exit_code == 0 and findings(inside, "CMP010") == []
+    for made, said in ((outside, True), (inside, False)):
+        header = [line for line in written(made).splitlines() if "lines and arcs" in line]
+        assert len(header) == 2 and all(("a guess" in line) == said for line in header)
 
 
 @pytest.mark.parametrize(("turned", "share"), [(0.0, 1.0), (0.3, None), (3.0, 0.0)])
