@@ -111,7 +111,7 @@ def draw() -> str:
     rows = [
         ("not corrected, in the model", was, was, f"{was:.2f} mm", RED),
         ("corrected, arm not measured", low, high, f"{low:.2f} to {high:.2f} mm", GREY),
-        ("after 12 gauge readings", *gauge, f"{gauge[0]:.2f} to {gauge[1]:.2f} mm", BLUE),
+        ("after 6 gauge set-ups", *gauge, f"{gauge[0]:.2f} to {gauge[1]:.2f} mm", BLUE),
         ("corrected, in the model", left, left, f"{left:.2f} mm", BLUE),
     ]
     after = np.stack(
