@@ -78,6 +78,7 @@ def test_the_same_figures_lead_in_all_that_is_written(call_as_written: Call, tmp
     if arm == "type":
         shares = STIFFNESS.format(*(f"{100 * x:.0f}" for x in stiffness))
         readings = READINGS.format(*(f"{100 * x:.0f}" for x in document["expected_remaining_fraction_after_gauge"]))
+        assert f"fit a model of it: {readings.partition(': ')[2]}\n" in made.err  # CMP027: the whole command
         for where in ("\n".join(header), made.err, shown):
             assert shares in where and readings in where
         for where in (words_of(page), words_of(certificate)):

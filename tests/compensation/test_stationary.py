@@ -15,6 +15,7 @@ from postproc.compensation.inspection import inspect_program
 from postproc.diagnostics import Source
 from postproc.effects.library.frames.tool_frame import ToolFrame
 from postproc.rapid.data.records import Vec3
+from postproc.results.convert.conclusion import conclusion
 from tests.build import AXES, DATA, FORCE, arm, codes, convert, independent, target, timed, written
 from tests.compensation.build import findings
 from tests.independent import arm as A
@@ -164,6 +165,8 @@ def test_a_taught_work_object_on_the_flange_is_left_where_it_was_taught() -> Non
     assert remaining.report["max_error_after_mm"] < 0.01
     (row,) = remaining.report["rigid_shift"]
     assert row["wobj"] == "wPlate" and row["left_out"] and row["held"]
+    said = "That counts where `wPlate` was taught at the stationary tool, turned as in these targets."
+    assert said in conclusion(remaining)[1] and said not in conclusion(full)[1]
     before, after = ([o.shift_mm for o in c.outcomes if o.statement.signature.phase] for c in (full, remaining))
     assert max(after) < 0.5 * min(before)
     assert row["rest_mm"] == pytest.approx(max(after), abs=0.01)

@@ -59,6 +59,8 @@ def _not_in_figures(values: Values) -> list[str]:
     lines = [f"Not in these figures: {joined([part for part in parts if part])}."] if any(parts) else []
     if values["from_programmed_path"]:
         lines.append(f"The path is the one that this arm has taught in {joined(taught)}, not that of the numbers.")
+    if held := [f"`{row['wobj']}`" for row in values["rigid_shift"] if row["left_out"] and row["held"]]:
+        lines.append(f"That counts where {joined(held)} was taught at the stationary tool, turned as in these targets.")
     return lines
 
 
