@@ -97,7 +97,8 @@ def _caveat(measured: Sequence[TaskOutcome]) -> str:
     unfitted = [task.figures for task in measured if not _fitted(task.figures)]
     if not unfitted:
         return ""
-    text = unknown_accuracy(of_type=any(ON_ARM in figures for figures in unfitted))
+    against = [d for task in measured for d in task.findings if d.matter is Matter.CONTRADICTED]
+    text = unknown_accuracy(against, of_type=any(ON_ARM in figures for figures in unfitted))
     which = "" if len(unfitted) == len(measured) else f"In {len(unfitted)} of the programs "
     return f"{which or text[0].upper()}{text if which else text[1:]}."
 
@@ -176,7 +177,7 @@ def _remaining(worst: TaskOutcome, tasks: Sequence[TaskOutcome]) -> Values:
     """Return the entries of `remaining_deflection` for the arm of a task, in ranges of all programs of that arm."""
     robot = worst.arm.get("robot")
     of_arm = [task.figures for task in tasks if task.arm.get("robot") == robot]
-    values: dict[str, Any] = {"robot": robot}
+    values: dict[str, Any] = {"robot": robot, "mounting_deg": worst.figures.get("mounting_deg", ())}
     for key in ("expected_remaining_fraction", "expected_remaining_fraction_after_gauge"):
         shares = [figures[key] for figures in of_arm if figures.get(key)]
         values[key] = [min(low for low, _ in shares), max(high for _, high in shares)] if shares else None

@@ -34,6 +34,7 @@ FIGURES = (
         "expected_remaining_fraction",
         "expected_remaining_fraction_after_gauge",
         "gauge_load_kg",
+        "mounting_deg",
     ),
 )
 

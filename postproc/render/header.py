@@ -20,6 +20,7 @@ from postproc.rapid.syntax.spans import Edit
 from postproc.render.module import render_text
 from postproc.render.templates import environment, fill, load_template
 from postproc.render.text import indent_after, line_style
+from postproc.robot.pose import rpy_degrees
 
 
 def render_outputs(
@@ -46,7 +47,8 @@ def render_outputs(
 def header_values(model: Model, judged: JudgedProgram) -> dict[str, Any]:
     """The values for the template ``header.j2``; those named ``figures`` are lines of text."""
     options = judged.options
-    stiffness = remaining_deflection({"robot": model.robot.name, **judged.remaining_values()})
+    arm = {"robot": model.robot.name, "mounting_deg": rpy_degrees(model.R_world_base)}
+    stiffness = remaining_deflection({**arm, **judged.remaining_values()})
     return {
         "version": __version__,
         "robot": model.robot.name,

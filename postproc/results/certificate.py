@@ -8,7 +8,7 @@ from hashlib import sha256
 
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.judgement.figures import CLAUSES, legend, shown_figures
-from postproc.diagnostics import Source
+from postproc.diagnostics import Diagnostic, Matter, Source
 from postproc.identification.compare import Comparison
 from postproc.numbers import fixed, range_text
 from postproc.report.blocks import DataTable, Document, Figure, Section, Values, plain
@@ -87,7 +87,7 @@ def program_certificate(
         of_seam = ("seam", "lines", "length [mm]", "before [mm]", "after [mm]", "required [mm]", "left", "result")
         parts.insert(0, _part("Seams, while the arc burns, in the model", of_seam, seams))
     table = {} if conversion.model is None else conversion.model.fit
-    parts.append(_part(KIND, KIND_COLUMNS, _kinds(document, rows_of_fit(table))))
+    parts.append(_part(KIND, KIND_COLUMNS, _kinds(document, rows_of_fit(table), conversion.diagnostics)))
     parts += [_part(MODEL_RESTS_ON, ("what", "with"), rows) for rows in [rows_of_fit(table)] if rows]
     facts += [("arm", document["robot"]), *made.items()]
     _, sentences = conclusion(conversion)
@@ -97,13 +97,16 @@ def program_certificate(
     return _certificate(title, VERDICTS[document["verdict"]], " ".join(sentences), document, facts, *parts)
 
 
-def _kinds(document: Values, fitted: Sequence[Row]) -> list[Row]:
+def _kinds(document: Values, fitted: Sequence[Row], findings: Sequence[Diagnostic]) -> list[Row]:
     """Return a row for each kind of figure: what it is, whether it is measured or computed, and from what.
 
     Args:
         document: that of the conversion. fitted: rows on the measurements of the model, none for one without.
+        findings: of the conversion.
     """
     expected = "not known: the model was not fitted to measurements of this arm"
+    if any(finding.matter is Matter.CONTRADICTED for finding in findings):
+        expected = "not known: what the model was fitted to contradicts itself"
     if document["expected_accuracy"] is not None:
         expected = "how sure the fitted parameters are, and what the model left of the measured rows"
     elif document["expected_on_arm_mm"] is not None:

@@ -140,6 +140,12 @@ def test_an_arm_without_weight_or_springs_is_refused() -> None:
         assert bool(conversion.outputs) == ("error" not in severities.values())
 
 
+def test_advice_for_an_arm_that_hangs_says_so() -> None:
+    hung = replace(default_model("irb4600_40_255"), R_world_base=np.diag([1.0, -1.0, -1.0]))
+    said = text_of(convert(TWO, hung, force=NO_FORCE))
+    assert "`postproc plan irb4600_40_255 --mounting 180,0,0 -n " in said
+
+
 def test_a_fit_that_contradicts_itself_promises_nothing() -> None:
     name = "joint_compliance.compliance_rad_per_Nm[2]"
     for why in ([], ["the gauges contradict each other"]):
@@ -148,6 +154,8 @@ def test_a_fit_that_contradicts_itself_promises_nothing() -> None:
         assert [why[0] in d.message for d in findings(conversion, "MOD015")] == [True] * len(why)
         assert (conversion.report["expected_accuracy"] is None) is bool(why)
         assert ("contradicts itself" in unknown_accuracy(conversion.diagnostics)) is bool(why)
+        certificate = render_certificate(program_certificate("p.mod", conversion))
+        assert ("not known: what the model was fitted to contradicts" in certificate) is bool(why)
 
 
 def test_an_estimated_stiffness_says_what_it_means() -> None:

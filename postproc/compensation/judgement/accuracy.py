@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -23,6 +23,7 @@ from postproc.model.uncertainty.scatter import QUANTILES, Scatter, normal_draws
 from postproc.model.uncertainty.undetermined import Undetermined, undetermined_under_load
 from postproc.motion.values import Flags
 from postproc.numbers import mm, percent_range
+from postproc.robot.pose import rpy_degrees
 
 WITHIN_95 = 2.796  # 95 % of a three-dimensional normal error lie within so many standard deviations per axis
 HALF = 0.5
@@ -95,7 +96,8 @@ def expect_on_arm(model: Model, motion: Motion, exact: Exact, source: Source) ->
     if scatter is not None and scatter.remaining[1] >= 1.0:
         text = f"the correction may not help: {percent_range(scatter.remaining)} of the deflection may remain"
         text += ", as the stiffness of this arm is not measured"
-        command, _ = _first_plan(model.robot.name, scatter.remaining, scatter.after_gauge, scatter.gauge_load)
+        arm = arm_words(model.robot.name, rpy_degrees(model.R_world_base))
+        command, _ = _first_plan(arm, scatter.remaining, scatter.after_gauge, scatter.gauge_load)
         help_ = f"measure this arm, and fit a model of it: {command}"
         findings.append(Diagnostic("CMP027", "warning", text, source, help=help_, size=scatter.remaining[1]))
     return Expected(accuracy, scatter, distance), findings
@@ -114,33 +116,44 @@ def remaining_deflection(values: Mapping[str, Any]) -> tuple[str, str]:
     """Clauses on the deflection that remains with the stiffness of the type, and on the cheapest way to less; or empty.
 
     Args:
-        values: entries of a document: ``robot``, ``expected_remaining_fraction``, the same ``_after_gauge``, and
-            ``gauge_load_kg``.
+        values: entries of a document: ``robot``, ``mounting_deg``, ``expected_remaining_fraction``, the same
+            ``_after_gauge``, and ``gauge_load_kg``.
     """
     remaining, after = (values.get(f"expected_remaining_fraction{when}") for when in ("", "_after_gauge"))
     if remaining is None:
         return "", ""
     text = "the stiffness of this arm is not measured: with that of its type "
     text += f"{percent_range(remaining)} of its own deflection remain"
-    command, tells = _first_plan(values["robot"], remaining, after, values["gauge_load_kg"])
+    arm = arm_words(values["robot"], values["mounting_deg"])
+    command, tells = _first_plan(arm, remaining, after, values["gauge_load_kg"])
     if not tells or after is None:
         return text, f"{command} says what to measure"
     return text, f"six set-ups of a dial gauge leave about {percent_range(after)} of it: {command}"
 
 
+def arm_words(robot: str, mounting: Iterable[float]) -> str:
+    """Return an arm of the library as `plan` takes it: its name, and how its base is mounted where it does not stand.
+
+    Args:
+        mounting: roll, pitch, yaw [deg].
+    """
+    angles = [f"{angle:.6g}" for angle in mounting]
+    return robot if set(angles) == {"0"} else f"{robot} --mounting {','.join(angles)}"
+
+
 def _first_plan(
-    robot: str, remaining: Sequence[float], after: Sequence[float] | None, load: float | None
+    arm: str, remaining: Sequence[float], after: Sequence[float] | None, load: float | None
 ) -> tuple[str, bool]:
     """Return the command that plans what to measure first, and whether set-ups of a dial gauge are worth it.
 
     Args:
-        robot: name of the arm. remaining, after: share of the deflection before and after such set-ups.
+        arm: as `arm_words` has it. remaining, after: share of the deflection before and after such set-ups.
         load: rated payload [kg], None where it is not known.
     """
     if after is None or after[1] > WORTH * remaining[1]:
-        return f"`postproc plan {robot} -n {TOUCHES} --kind tip -o tip.csv`", False
+        return f"`postproc plan {arm} -n {TOUCHES} --kind tip -o tip.csv`", False
     loads = f"--load {load:g} --pull {PULL_N:g}"
-    return f"`postproc plan {robot} -n {GAUGE_SETUPS} --kind gauge {loads} -o gauge.csv`", True
+    return f"`postproc plan {arm} -n {GAUGE_SETUPS} --kind gauge {loads} -o gauge.csv`", True
 
 
 def _expect_accuracy(

@@ -11,7 +11,7 @@ from postproc.compensation.conversion import Conversion
 from postproc.compensation.correction.rigid_shift import FEWEST, rest_untold
 from postproc.compensation.judgement.accuracy import Accuracy, remaining_deflection
 from postproc.compensation.verdict import verdict_of
-from postproc.diagnostics import Diagnostic, Matter, joined
+from postproc.diagnostics import Diagnostic, Finding, Matter, joined
 from postproc.effects.registry import effect_library
 from postproc.model.arm import Model
 from postproc.model.uncertainty.undetermined import PULLING_POSES, Undetermined
@@ -96,7 +96,7 @@ def touches_help(accuracy: Accuracy | None, model: Model | None) -> bool:
     return _weights_open(accuracy)
 
 
-def unknown_accuracy(findings: Iterable[Diagnostic] = (), of_type: bool = False) -> str:
+def unknown_accuracy(findings: Iterable[Diagnostic | Finding] = (), of_type: bool = False) -> str:
     """Return a clause: how near the real torch comes is not known, since the model was not fitted to this arm.
 
     Args:

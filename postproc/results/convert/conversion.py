@@ -20,6 +20,7 @@ from postproc.results.convert.conclusion import conclusion, outcome_note
 from postproc.results.convert.conclusion import unknown_accuracy as unknown_accuracy
 from postproc.results.convert.figures import decimals, figure_table, is_guess, main_figure
 from postproc.results.convert.work_objects import rigid_shift_values, work_object_section
+from postproc.robot.pose import rpy_degrees
 
 CONVERSION_SCHEMA = "postproc/compensate/1"
 IN_SPACE_NOTE = (
@@ -101,6 +102,7 @@ def conversion_values(conversion: Conversion) -> dict[str, Any]:
         "schema": CONVERSION_SCHEMA,
         "tool": __version__,
         "robot": model.robot.name,
+        "mounting_deg": rpy_degrees(model.R_world_base).tolist(),
         "statements": [*map(_statement_values, judged.outcomes)],
         **{f"max_{key}_mm": _mm(getattr(figures, name)) for key, name in DEVIATIONS.items()},
         "tolerance_mm": _mm(judged.options.tolerance_m),
