@@ -166,6 +166,8 @@ def _sentence(count: Mapping[str, int], worst: TaskOutcome | None, tasks: Sequen
     unknown = sum(ON_ARM not in f and main_figure(f) is not None for f in figures)
     if unknown and ON_ARM in worst.figures:
         worst_text += f" What the arm does is not known of {unknown} program{'s' * (unknown != 1)}."
+    if guesses := sum(map(is_guess, figures)):
+        worst_text += f" In {guesses} program{'s' * (guesses != 1)} it is a guess, outside the measured range."
     first = next((task for task in tasks if task.figures.get("verdict") == "not_kept"), None)
     not_kept = [] if first is None else [f"`{first.task.name}`: {first.figures['verdict_sentence']}"]
     stiffness, advice = remaining_deflection(_remaining(worst, tasks))

@@ -25,6 +25,7 @@ from postproc.report.page import render_certificate, render_page
 from postproc.results.certificate import Verdict, program_certificate
 from postproc.results.convert.conversion import conversion_document, conversion_values
 from postproc.results.convert.difference import difference_document
+from postproc.results.convert.requirement import missed
 from postproc.runtime.passes import correct_program
 from postproc.tasks.task import Task
 from tests.cells.test_paths import FORCE, Case, converted, positioner, track
@@ -324,7 +325,8 @@ def test_a_batch_states_the_largest_figures_of_all_its_programs() -> None:
     lines = document.sentence.splitlines()
     assert lines[1:3] == [
         "`lost.mod`: It is not kept.",
-        "Farthest off is `far.mod`: on the arm 0.10 to 3.90 mm, in the model 0.20 mm.",
+        "Farthest off is `far.mod`: on the arm 0.10 to 3.90 mm, in the model 0.20 mm. "
+        "In 1 program it is a guess, outside the measured range.",
     ]
     assert "4 to 130 % of its own deflection remain" in lines[3]
     page = render_page(document)
@@ -332,6 +334,8 @@ def test_a_batch_states_the_largest_figures_of_all_its_programs() -> None:
     (warning,) = tables(page)["warnings"]["rows"]
     assert warning[:2] == [2, 2] and "up to 1.3" in warning
     assert "0.10 to 3.90, a guess" in [row[2] for row in tables(page)["programs"]["rows"]]
+    said = missed("arm", {"near.mod": {**guess, "welds": [], "unproved_statements": 0}})
+    assert said and "`near.mod`, of which what is expected is a guess (joint 3 reaches 40 deg); line " in said
 
 
 def test_the_page_of_two_folders_puts_files_that_differ_first() -> None:

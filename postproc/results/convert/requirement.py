@@ -37,8 +37,8 @@ def missed(require: str, programs: Mapping[str, Values]) -> str | None:
     why = ""
     if require == "arm" and values["verdict"] == "not_shown" and is_guess(values):
         beyond = joined(list(values["expected_accuracy"]["beyond_range"]))
-        why, cure = f"what is expected is a guess, as {beyond}; ", MEASURE_THERE
-    return f"the tolerance is {LACKS[require]}{count}: {why}`{name}`, {_where(values, require)}. To meet it: {cure}"
+        why, cure = f"of which what is expected is a guess ({beyond}); ", MEASURE_THERE
+    return f"the tolerance is {LACKS[require]}{count}: `{name}`, {why}{_where(values, require)}. To meet it: {cure}"
 
 
 def _over(place: Values | None, require: str) -> float:
