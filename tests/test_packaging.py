@@ -127,6 +127,12 @@ PLACES = ("--programs", "my programs", "--approved", "ok")
         (("check", "--programs", "none"), 2, "error[CLI016]"),
         (("check", "--programs", "-delete"), 2, "error[CLI016]"),
         (("check", "--programs", "my programs", "--approved", "gone"), 1, f"`{PROGRAM}` is as approved\nerror[CLI016]"),
+        # A hook is not told which program was deleted.
+        (
+            ("check", "--programs", "my programs", "--approved", "gone", PROGRAM),
+            1,
+            f"`{PROGRAM}` is as approved\nerror[C",
+        ),
         (("diff", "--programs", "my programs", "--approved", "gone"), 1, "error[CLI016]"),
         (("check", "--programs", "gone", "ok/corner_arc.mod"), 2, "error[CLI016]"),
         # No input is written over.

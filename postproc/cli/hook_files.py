@@ -18,9 +18,9 @@ LENT = frozenset({".toml", ".sys", ".sysx"})
 def chosen(words: Sequence[str], folders: Mapping[str, Path]) -> tuple[Sequence[str], list[Path], list[Path]]:
     """Return the options of the command with their values, the programs, and approved outputs without a program.
 
-    Without names it is every program of the folder ``--programs``, and of each approved one it is asked whether it has
-    a program; also where a file is named that programs are corrected with. Without that folder such a file stands for
-    all programs below its own.
+    Without names it is every program of the folder ``--programs``; also where a file is named that programs are
+    corrected with. Without that folder such a file stands for all programs below its own. Of each approved output it is
+    asked whether it has a program, whatever is named: a hook is not told what was deleted.
 
     Args:
         words: options of the command, then files. folders: the options of the hooks, by name.
@@ -39,15 +39,14 @@ def chosen(words: Sequence[str], folders: Mapping[str, Path]) -> tuple[Sequence[
         named = []
     elif lent:
         named = sorted({*named, *(program for path in lent for program in below(path.parent))} - {*lent})
-    if named:
-        return words[:first], named, []
-    if not (programs := below(folder)):
+    approved, programs = folders.get("--approved"), below(folder)
+    if not (named or programs):
         where = "no program is named" if folder is None else f"there is no program in `{folder}`"
         raise PostprocError.of("CLI016", f"nothing is checked: {where}", help="name programs, or their folder")
-    approved = folders.get("--approved")
-    names = {path.relative_to(folder) for path in programs} if folder is not None else set()
-    gone = [] if approved is None else [p for p in below(approved) if p.relative_to(approved) not in names]
-    return words[:first], programs, gone
+    if folder is None or approved is None:
+        return words[:first], named or programs, []
+    names = {path.relative_to(folder) for path in programs}
+    return words[:first], named or programs, [p for p in below(approved) if p.relative_to(approved) not in names]
 
 
 def below(folder: Path | None) -> list[Path]:

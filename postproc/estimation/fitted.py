@@ -68,7 +68,7 @@ class NoiseParts:
         if self.noise.sigma is not None and 2 * self.noise.rounding**2 > self.noise.sigma**2:
             return f"{self.noise.origin} and rounded angles"
         if self.noise.sigma is None and self.noise.instrument is not None:
-            return "sigma_mm and the residual"
+            return f"{'sigma_mm' if self.noise.stated_instrument else 'what is usual for a reading'} and the residual"
         return self.noise.origin
 
 

@@ -188,10 +188,12 @@ def compare(model: Model, data: Measurements, *, noise: float | None = None) -> 
     iso = iso9283(place[:, np.isfinite(place).any(axis=0)], fit.data.repeats)
     before = None if frame is None else frame.vector()
     try:  # as it was placed: a model without frames of its own would miss by where the instrument stands
-        bound = fit_model(fit.model, data, noise=noise).smooth_bound
+        fitted = fit_model(fit.model, data, noise=noise)
     except PostprocError:  # too few rows for a fit
-        bound = fit.smooth_bound
-    return Comparison(fit, error, iso, residual_trends(fit), bound, before)
+        fitted = fit
+    bound, trends = fitted.smooth_bound, residual_trends(fit)
+    # The noise of a table is that of a fit to it, which has judged how its angles were rounded.
+    return Comparison(replace(fit, noise=fitted.noise), error, iso, trends, bound, before)
 
 
 def sizes(error: Array, kind: Observation) -> Array:

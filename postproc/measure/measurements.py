@@ -41,7 +41,8 @@ class Measurements:
         readings: what rows read that measure no position (`measure.kinds`), None where all do.
         joint: (n, 6) joint angles measured on the output side [rad], NaN where not measured; None where the file has
             none.
-        sigma: (n,) the instrument's own standard deviation [m], None where not stated.
+        sigma: (n,) the instrument's own standard deviation [m], None where not known; sigma_stated: whether the table
+            states it, and repeats or what is usual of such readings do not tell it.
         pose_id: (n,) labels; rows with the same label and the same state are repeats.
         row: (n,) row numbers in the file, the first data row is 1; line: (n,) line numbers in the file.
         tool_known: the tool of every row is in ``state.T_flange_tcp`` (it came from a program).
@@ -63,6 +64,7 @@ class Measurements:
     rotation: Array | None = None
     joint: Array | None = None
     sigma: Array | None = None
+    sigma_stated: bool = True
     readings: Readings | None = None
     pose_id: tuple[str, ...] = ()
     row: tuple[int, ...] = ()

@@ -66,7 +66,8 @@ class TableOptions:
         joints: table of the commanded joint angles beside the one that the instrument wrote, joined by the names of
             the poses or row by row.
         rows_in_order: the rows stand in the order of measuring. Default: time_s tells it, for sides also pose_id.
-        accept: code of a finding that stops nothing, because you know better. May be repeated.
+        accept: code of a finding that stops nothing, because you know better: DAT007, DAT009, DAT031 or DAT034. May be
+            repeated.
     """
 
     program: str | None = None

@@ -104,7 +104,8 @@ def judge_statements(
     unseen, lines = unmeasured(outcomes, events, plan)
     if 0 < unseen == lines:
         text = "no line or arc could be measured: where they begin or end, or the load, is known only at run time"
-        findings.append(Diagnostic("CMP017", "warning", text, program.sources[0], help="the deviations given are zero"))
+        help_ = "`postproc inspect` names what is not known"
+        findings.append(Diagnostic("CMP017", "warning", text, program.sources[0], help=help_))
     findings += _searched_findings(outcomes, events) + transition_findings(plan, after)
     findings += transient_finding(plan, after, changing[after.owner] & ~passing)
     return outcomes, findings

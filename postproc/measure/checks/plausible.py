@@ -142,7 +142,7 @@ def _wrong_sizes(data: Measurements, robot: Robot) -> Iterator[tuple[Severity, N
         odd = (state.temperature < low) | (state.temperature > high)
         message = f"`temperature_C` is {state.temperature[odd][0] if odd.any() else 0:g}"
         yield "warning", odd, message, "is it in kelvin or Fahrenheit, or does it mean `not known`?"
-    if data.sigma is not None:
+    if data.sigma is not None and data.sigma_stated:
         low, high = INSTRUMENT_M
         odd = (data.sigma < low) | (data.sigma > high)
         message = f"`sigma_mm` is {1e3 * data.sigma[odd][0] if odd.any() else 0:g}"

@@ -29,7 +29,9 @@ SAME_LENGTHS_M = 1e-9
 """Arms that a table fits equally well have the same lengths."""
 CLEARER = 5.0
 """Another reading of columns is named only where it follows the arm this many times better."""
-LENGTH_UNITS: Mapping[str, str] = {"mm": "millimetres", "m": "metres", "um": "micrometres", "in": "inches"}
+LENGTH_UNITS: Mapping[str, str] = {
+    "mm": "millimetres", "cm": "centimetres", "m": "metres", "um": "micrometres", "in": "inches",
+}  # fmt: skip
 RENAME = "rename the columns, or give the right ones in a column map"
 STRAY = 20.0
 STAY = 1e-2

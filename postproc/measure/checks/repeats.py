@@ -29,8 +29,8 @@ class Noise:
             arm's own repeatability in it; None where nothing tells it. dof: degrees of freedom behind it.
         rotation: standard deviation per axis [rad] of orientations beside positions, None where none was repeated.
         origin: where the figure comes from. rounding: what of ``sigma`` comes from joint angles that are rounded.
-        instrument: the instrument's own share of ``sigma`` as `sigma_mm` states it [m], None where it does not. It is
-            the least that the noise can be: how well the arm repeats a pose is added to it.
+        instrument: the instrument's own share of ``sigma`` [m], None where it is not known. It is the least that the
+            noise can be: how well the arm repeats a pose is added to it. stated_instrument: whether `sigma_mm` says so.
     """
 
     sigma: float | None
@@ -39,6 +39,7 @@ class Noise:
     origin: Literal["repeats", "user", "none"]
     rounding: float = 0.0
     instrument: float | None = None
+    stated_instrument: bool = True
 
     @property
     def stated(self) -> float | None:
@@ -69,16 +70,17 @@ def estimate_noise(data: Measurements, robot: Robot, stated: float | None = None
     values = _values(data) if error is None else error
     positions = data.observed.name == "position"
     rotation = _rotation_scatter(data, data.repeats) if positions else None
-    instrument = None
+    share: float | None = None
     if data.sigma is not None and positions:
-        instrument = float(np.sqrt(np.nanmean(data.sigma**2)))
+        share = float(np.sqrt(np.nanmean(data.sigma**2)))
+    instrument = share, data.sigma_stated
     if stated is not None:
-        return Noise(stated, np.inf, rotation, "user", instrument=instrument)
+        return Noise(stated, np.inf, rotation, "user", 0.0, *instrument)
     noise: Noise | None = None
     for square, dof in scatters(data, values, robot):
         if dof >= 9 and square > 0 and (noise is None or significantly_below(square, dof, noise)):
-            noise = Noise(float(np.sqrt(square)), dof, rotation, "repeats", instrument=instrument)
-    return noise or Noise(None, 0.0, rotation, "none", instrument=instrument)
+            noise = Noise(float(np.sqrt(square)), dof, rotation, "repeats", 0.0, *instrument)
+    return noise or Noise(None, 0.0, rotation, "none", 0.0, *instrument)
 
 
 def scatters(data: Measurements, values: Array, robot: Robot) -> list[tuple[float, float]]:

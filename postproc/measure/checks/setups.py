@@ -230,7 +230,8 @@ def _check_sizes(changes: LoadChanges, robot: Robot, cells: Cells) -> Iterator[O
     if 1 / TIMES_TYPE < times < TIMES_TYPE:
         return
     message = f"the gauges change under load by {times:.3g} times what `{robot.name}` gives by its type's stiffness"
-    help_ = "is `reading_mm` in hundredths, or `payload_kg` in another unit? state it in a column map (`factor`)"
+    unit = "hundredths" if times > 1 else "inches"
+    help_ = f"is `reading_mm` in {unit}, or `payload_kg` in another unit? state it in a column map (`factor`)"
     yield cells.finding("DAT009", "error", message, help_, int(changes.row[clear][0])), changes.row[:0]
 
 

@@ -63,7 +63,8 @@ def with_setups(data: Measurements, table: Table, measured: bool) -> Measurement
     sigma = _deviations(data, which, numbers, table)
     sigma[pairs] /= np.sqrt(2)
     readings = Readings(numbers, direction, np.zeros(n), table.layout.anchor_offset == "free")
-    data = replace(data, state=state, readings=readings, sigma=sigma)
+    stated = data.sigma is not None
+    data = replace(data, state=state, readings=readings, sigma=sigma, sigma_stated=stated)
     return _with_far_ends(data, table, pairs) if len(pairs) else data
 
 

@@ -97,6 +97,7 @@ def together(tables: Sequence[Measurements], robot: Robot) -> Measurements:
         state=_state(tables, names, findings),
         **(arrays | labels),
         readings=_readings(tables),
+        sigma_stated=any(table.sigma_stated for table in tables if table.sigma is not None),
         tool_known=tables[0].tool_known,
         references=frozenset().union(*(table.references for table in tables)),
         sides_from=next(filter(None, (table.sides_from for table in tables)), ""),

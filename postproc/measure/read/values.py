@@ -15,7 +15,7 @@ from postproc.numbers import read_number
 
 _QUANTITIES: tuple[Mapping[str, float], ...] = (
     {"deg": math.pi / 180, "rad": 1.0, "mrad": 1e-3},
-    {"mm": 1e-3, "m": 1.0, "um": 1e-6, "in": 0.0254, "inch": 0.0254},
+    {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "um": 1e-6, "in": 0.0254, "inch": 0.0254},
     {"deg_s": math.pi / 180, "rad_s": 1.0},
     {"deg_s2": math.pi / 180, "rad_s2": 1.0},
     {"kg": 1.0, "g": 1e-3, "lb": 0.45359237},
@@ -55,7 +55,7 @@ def stated_unit(header: str) -> str:
 
     A unit in brackets that is not known comes back as it is written.
     """
-    match = re.search(r"[\[(]([^\[(\])]*+)[\])]", header) or re.search(r"[ _.](rad|deg|mm|m|in)$", header.strip())
+    match = re.search(r"[\[(]([^\[(\])]*+)[\])]", header) or re.search(r"[ _.](rad|deg|mm|cm|m|in)$", header.strip())
     return _spelt(match[1].strip()) if match else ""
 
 

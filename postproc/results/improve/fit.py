@@ -57,7 +57,8 @@ def fit_document(name: str, fit: Fit) -> Document:
     if level is not None and beside >= LEAST_SHOWN:
         what = "what no column explains, as no pose was repeated"
         if fit.noise.sigma is not None:
-            what = "more than `sigma_mm` states" if fit.data.readings is not None else "how well the arm repeats a pose"
+            alone = "more than the instrument scatters by itself"
+            what = alone if fit.data.readings is not None else "how well the arm repeats a pose"
         noise += f", of which {1e3 * beside:.3f} {unit} is {what}"
     keys = [e.key for e in fit.model.effects if e.role is not Role.SETUPS]
     unseen = f"{1e3 * fit.held_out_rms:.3f} {unit} on rows that the fit has not seen"
