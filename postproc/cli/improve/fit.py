@@ -62,11 +62,12 @@ def run(
             classes = [c for c in classes if c.key not in nothing]
             fit = fit_effects(model, measured, classes, noise=table.sigma, watch=watch)
     _check_frames(fit, {cls.key for cls in classes})
-    show(finding for finding in contradictions(fit) if finding not in measured.diagnostics)
+    against = contradictions(fit)
+    show(finding for finding in against if finding not in measured.diagnostics)
     no_farther_than_nominal(fit)
     write_model(output, recorded_model(fit), silent=json)
     present(fit_document(short_names(*data), fit), report, json=json, text=text, on_stderr=output is None)
-    if not json and output is not None:
+    if not json and output is not None and not against:  # else the findings say what to do
         arm_options = ArmOptions(effects=tuple(Path(word) for word in words if word.endswith(".py")))
         tables = (*data, *table.words(), *arm_options.words())
         say_uses(output, tables, arm_options.words(), correct_first=measured.readings is not None)
