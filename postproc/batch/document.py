@@ -177,9 +177,10 @@ def _sentence(count: Mapping[str, int], worst: TaskOutcome | None, tasks: Sequen
 
 def _remaining(worst: TaskOutcome, tasks: Sequence[TaskOutcome]) -> Values:
     """Return the entries of `remaining_deflection` for the arm of a task, in ranges of all programs of that arm."""
-    robot = worst.arm.get("robot")
-    of_arm = [task.figures for task in tasks if task.arm.get("robot") == robot]
-    values: dict[str, Any] = {"robot": robot, "mounting_deg": worst.figures.get("mounting_deg", ())}
+    robot, mounting = worst.arm.get("robot"), worst.figures.get("mounting_deg", (0.0, 0.0, 0.0))
+    alike = [task for task in tasks if task.arm.get("robot") == robot]
+    of_arm = [task.figures for task in alike if task.figures.get("mounting_deg", mounting) == mounting]
+    values: dict[str, Any] = {"robot": robot, "mounting_deg": mounting}
     for key in ("expected_remaining_fraction", "expected_remaining_fraction_after_gauge"):
         shares = [figures[key] for figures in of_arm if figures.get(key)]
         values[key] = [min(low for low, _ in shares), max(high for _, high in shares)] if shares else None
