@@ -178,8 +178,8 @@ def _sentence(count: Mapping[str, int], worst: TaskOutcome | None, tasks: Sequen
 def _remaining(worst: TaskOutcome, tasks: Sequence[TaskOutcome]) -> Values:
     """Return the entries of `remaining_deflection` for the arm of a task, in ranges of all programs of that arm."""
     robot, mounting = worst.arm.get("robot"), worst.figures.get("mounting_deg", (0.0, 0.0, 0.0))
-    alike = [task for task in tasks if task.arm.get("robot") == robot]
-    of_arm = [task.figures for task in alike if task.figures.get("mounting_deg", mounting) == mounting]
+    of_robot = [task for task in tasks if task.arm.get("robot") == robot]
+    of_arm = [task.figures for task in of_robot if task.figures.get("mounting_deg", mounting) == mounting]
     values: dict[str, Any] = {"robot": robot, "mounting_deg": mounting}
     for key in ("expected_remaining_fraction", "expected_remaining_fraction_after_gauge"):
         shares = [figures[key] for figures in of_arm if figures.get(key)]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from postproc.compensation.correction.deviation import Deviation
-from postproc.compensation.correction.rigid_shift import RigidShift, rest_untold
+from postproc.compensation.correction.rigid_shift import RigidShift, remainder_unknown
 from postproc.compensation.judgement.accuracy import Accuracy, Expected, on_arm_mm
 from postproc.compensation.judgement.figures import PathFigures, PlaceFigures
 from postproc.compensation.judgement.seams import Seam
@@ -160,7 +160,7 @@ class JudgedProgram:
         """95 % interval of the largest deviation on the arm [mm] where it welds, else along lines and arcs.
 
         It is that of `on_arm_mm`; None where neither the scatter of the type nor the error of a fitted model is known,
-        where nothing could be measured, or what remains beside a taught work object is not told (`rest_untold`).
+        where nothing could be measured, or what remains beside a taught work object is not told (`remainder_unknown`).
         """
         return self.expected_mm(self.places[0]) if self.places else None
 
@@ -171,7 +171,7 @@ class JudgedProgram:
 
     def expected_mm(self, place: PlaceFigures) -> list[float] | None:
         """The interval of `expected_on_arm_mm` for one place or seam; e is that of the worst target of its kind."""
-        if (self.scatter is None and self.accuracy is None) or rest_untold(self.shifts):
+        if (self.scatter is None and self.accuracy is None) or remainder_unknown(self.shifts):
             return None
         shares = (0.0, 0.0) if self.scatter is None else self.scatter.of_estimate
         errors = (0.0, 0.0)

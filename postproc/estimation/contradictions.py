@@ -18,8 +18,8 @@ from postproc.robot.pose import rpy_degrees
 
 def contradictions(fit: Fit) -> list[Diagnostic]:
     """Return the findings by which nothing can be promised of a fit: DAT026, DAT041."""
-    found = (*fit.data.diagnostics, *unphysical(fit))
-    return [finding for finding in found if finding.matter is Matter.CONTRADICTED]
+    findings = (*fit.data.diagnostics, *unphysical(fit))
+    return [finding for finding in findings if finding.matter is Matter.CONTRADICTED]
 
 
 def unphysical(fit: Fit) -> list[Diagnostic]:
@@ -53,9 +53,9 @@ def _negative(fit: Fit) -> list[Diagnostic]:
     message = f"by the rows alone the compliance would be negative, {alone} \N{MICRO SIGN}rad/(N m): no gear yields "
     message += f"against its load; the model has {fitted_text}"
     if len(joints) > 1 and not (x > NORMAL_95 * sigma).any():
-        return [_said(fit, message, f"gravity pulls the other way: {_turned_over(fit.model)}", Matter.CONTRADICTED)]
+        return [_finding(fit, message, f"gravity pulls the other way: {_turned_over(fit.model)}", Matter.CONTRADICTED)]
     help_ = "a load is missing that works against gravity there (balancer, arm load, payload): ask `postproc diagnose`"
-    return [_said(fit, message, help_)]
+    return [_finding(fit, message, help_)]
 
 
 def _turned_over(model: Model) -> str:
@@ -84,9 +84,9 @@ def _unlike_type(fit: Fit) -> list[Diagnostic]:
     message = f"by the gauges {one} {listed} \N{MICRO SIGN}rad/(N m): no arm is {TIMES_TYPE:g} times as stiff or as "
     message += "soft as its type"
     help_ = "check the directions of the gauges, the loads and where they act, `--tool` and `--mounting`"
-    return [_said(fit, message, help_, Matter.CONTRADICTED)]
+    return [_finding(fit, message, help_, Matter.CONTRADICTED)]
 
 
-def _said(fit: Fit, message: str, help_: str, matter: Matter | None = None) -> Diagnostic:
+def _finding(fit: Fit, message: str, help_: str, matter: Matter | None = None) -> Diagnostic:
     """Return the warning DAT026 about the tables of a fit."""
     return Diagnostic("DAT026", "warning", message, fit.data.source, help=help_, matter=matter)

@@ -38,10 +38,10 @@ def once(findings: list[Diagnostic]) -> list[Diagnostic]:
     A statement in a loop or in a shared routine runs several times but is reported once, as of the first run; where
     what is said differs from run to run, it says in how many more of them something is said.
     """
-    alike = grouped(((d.code, d.source.path if d.source else None, d.span), d) for d in findings)
+    groups = grouped(((d.code, d.source.path if d.source else None, d.span), d) for d in findings)
     kept = []
-    for first, *others in alike.values():
-        more = len({d.message for d in others} - {first.message})
-        text = f"{first.message}; likewise in {more} more run{'s' * (more > 1)}"
-        kept.append(replace(first, message=text) if more else first)
+    for first, *others in groups.values():
+        further = len({d.message for d in others} - {first.message})
+        text = f"{first.message}; likewise in {further} more run{'s' * (further > 1)}"
+        kept.append(replace(first, message=text) if further else first)
     return kept

@@ -51,15 +51,8 @@ def run(
     spare_scipy()
     from postproc.runtime.passes import correct_program
 
-    if in_place and program == STDIN:
-        text = "`--in-place` writes over a file, and the program comes from stdin"
-        raise PostprocError.of("CLI007", text, help="name the result with `-o`, or leave it to stdout")
+    _check_target(program, output, in_place)
     source = read_program_file(program)
-    if in_place and output is not None:
-        raise PostprocError.of("CLI007", "`--in-place` and `-o` exclude each other", help="leave one of them out")
-    if output is not None and program != STDIN and place(output) == place(Path(program)):
-        help_ = "choose another name; or say `--in-place` to write over the program"
-        raise PostprocError.of("CLI007", f"the output `{output}` is the input `{program}`", help=help_)
     form = "json" if json else format
     settings = convert.settings_at(Path(program).parent)
     target = Path(program) if in_place else output
@@ -85,6 +78,18 @@ def run(
         print_document({**result.report, **settings.document(arm.robot.name)}, form)
     lacks = say_missed(require, {Path(source.path).name: result.report})
     return Outcome(max(code, changes, lacks), changes, lacks)
+
+
+def _check_target(program: str, output: Path | None, in_place: bool) -> None:
+    """Check that the corrected program is written over the program where that is asked for, and only there; CLI007."""
+    if in_place and program == STDIN:
+        text = "`--in-place` writes over a file, and the program comes from stdin"
+        raise PostprocError.of("CLI007", text, help="name the result with `-o`, or leave it to stdout")
+    if in_place and output is not None:
+        raise PostprocError.of("CLI007", "`--in-place` and `-o` exclude each other", help="leave one of them out")
+    if output is not None and program != STDIN and place(output) == place(Path(program)):
+        help_ = "choose another name; or say `--in-place` to write over the program"
+        raise PostprocError.of("CLI007", f"the output `{output}` is the input `{program}`", help=help_)
 
 
 def _say_next(settings: Settings, result: Conversion, program: str) -> None:

@@ -77,13 +77,7 @@ def plan_first(
 
     check_outputs((name, *arm_options.effects, arm_options.cell, *programs, *table_options.side_files), *outputs)
     table, rapid, sheet = outputs
-    kind, load, pull = options.kind, options.load or 0.0, options.pull or 0.0
-    if kind is None or (kind == "gauge" and not (load or pull)):
-        text = "a gauge needs a load" if kind else "without a table nothing says what is to be measured"
-        help_ = "write `--kind gauge --load KG`, the mass that is hung on, or `--pull N` of a spring balance"
-        raise PostprocError.of("CLI017", text, help=help_)
-    if pull and kind != "gauge":
-        raise PostprocError.of("CLI017", "`--pull` is for a gauge", help="leave it out, or write `--kind gauge`")
+    kind, load, pull = _kind(options), options.load or 0.0, options.pull or 0.0
     arm = _arm(name, options.mounting, arm_options)
     rated, heaviest = arm.robot.payload, max(load, pull / GRAVITY)
     if rated is not None and heaviest > rated:
@@ -110,11 +104,22 @@ def plan_first(
     return 0
 
 
+def _kind(options: FirstOptions) -> Literal["gauge", "tip", "plane", "distance", "position"]:
+    """Return what is to be measured; CLI017 where the options do not say it, or leave its load open."""
+    if options.kind is None or (options.kind == "gauge" and not (options.load or options.pull)):
+        text = "a gauge needs a load" if options.kind else "without a table nothing says what is to be measured"
+        help_ = "write `--kind gauge --load KG`, the mass that is hung on, or `--pull N` of a spring balance"
+        raise PostprocError.of("CLI017", text, help=help_)
+    if options.pull and options.kind != "gauge":
+        raise PostprocError.of("CLI017", "`--pull` is for a gauge", help="leave it out, or write `--kind gauge`")
+    return options.kind
+
+
 def _tables_of(name: Path, arm: Model) -> list[Path]:
     """Return the tables to which a model in a file was fitted, in its folder where they are there: a fit needs all."""
     data = arm.fit.get("data", [])
-    beside = [(name.parent / table, Path(table)) for table in ([data] if isinstance(data, str) else data)]
-    return [path if path.is_file() else bare for path, bare in beside]
+    places = [(name.parent / table, Path(table)) for table in ([data] if isinstance(data, str) else data)]
+    return [path if path.is_file() else bare for path, bare in places]
 
 
 def _stands(arm: Model, stated: ArmOptions) -> list[str]:

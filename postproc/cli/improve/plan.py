@@ -81,6 +81,9 @@ class PoseOptions:
         return Room(self.box, q, sight, self.measured_range, axes, masses, self.force)
 
 
+WITHOUT_TABLE = "`--kind`, `--load`, `--pull`, `--signal` and `--mounting` are for a plan without a table"
+
+
 def run(
     model: Annotated[Path, Parameter(help="TOML file of the arm; without a table also a name of the library.")],
     /,
@@ -121,8 +124,7 @@ def run(
         request, files = (model, first, arm_options, count), (output, rapid, report)
         return plan_first(*request, files, box=poses.box, table_options=table, programs=programs, json=json)
     if first != FirstOptions():
-        text = "`--kind`, `--load`, `--pull`, `--signal` and `--mounting` are for a plan without a table"
-        raise PostprocError.of("CLI017", text, help="leave the table out, or these options")
+        raise PostprocError.of("CLI017", WITHOUT_TABLE, help="leave the table out, or these options")
     if between and programs:
         text = "`--between` and `--for` ask for different poses"
         raise PostprocError.of("CLI010", text, help="leave one of them out")

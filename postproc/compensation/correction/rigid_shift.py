@@ -54,7 +54,7 @@ class RigidShift:
         residual: largest distance [m] of a correction, under the loads of the program, from that motion.
         omitted: the motion is no part of what is corrected.
         at_welds: the targets of its welds were fitted, as it welds there; else all its targets.
-        held: the robot holds it, and the tool stands. places: number of places that were fitted.
+        robot_holds: the robot holds it, and the tool stands. places: number of places that were fitted.
         moves: (k,) indices of the moves to its targets. fitted: (f,) those of them that were fitted.
         T_work_wobj: (4, 4) the work object in the work frame.
     """
@@ -66,7 +66,7 @@ class RigidShift:
     residual: float
     omitted: bool
     at_welds: bool
-    held: bool
+    robot_holds: bool
     places: int
     moves: Index
     fitted: Index
@@ -81,7 +81,7 @@ class RigidShift:
         return self.T_work_wobj @ about_origin @ invert(self.T_work_wobj)
 
 
-def rest_untold(shifts: Sequence[RigidShift]) -> list[str]:
+def remainder_unknown(shifts: Sequence[RigidShift]) -> list[str]:
     """Names of work objects that are left out and whose places are too few to tell what remains beside the shift.
 
     A rigid motion follows any corrections of two places but for their distance. Where it welds, only welds count.
@@ -131,7 +131,7 @@ def fit_shifts(model: Model, motion: Motion, program: Program, taught: Sequence[
     burns = np.array([move.welding for move in motion.moves], dtype=bool)
     goes_on = np.array([not move.starts_chain for move in motion.moves], dtype=bool)
     welds = burns | np.append(burns[1:] & goes_on[1:], False)
-    for (name, _, held, _), members in grouped(placed).items():
+    for (name, _, robot_holds, _), members in grouped(placed).items():
         moves = np.array(members)
         at_welds = bool(welds[moves].any())
         fitted = moves[welds[moves]] if at_welds else moves
@@ -141,8 +141,8 @@ def fit_shifts(model: Model, motion: Motion, program: Program, taught: Sequence[
         poses = _standing(model, motion, spread)
         points, ends = ((invert(T_work_wobj) @ T)[:, :3, 3] for T in poses)
         center, d, w = fit_rigid(points, ends - points)
-        told = at_welds, held, len(spread)
-        shifts.append(RigidShift(name, center, d, w, 0.0, omitted, *told, moves, fitted, T_work_wobj))
+        fit_of = at_welds, robot_holds, len(spread)
+        shifts.append(RigidShift(name, center, d, w, 0.0, omitted, *fit_of, moves, fitted, T_work_wobj))
     return tuple(shifts)
 
 

@@ -55,17 +55,21 @@ def check_setups(
         tool: (4, 4) what gauges touch, in tool0, where the rows do not say it; None for the flange.
     """
     at = data.state.T_flange_tcp if data.tool_known or tool is None else np.broadcast_to(tool, (len(data), 4, 4))
-    alike = _alike(data.state)
-    odd = [*check_tips(data, robot, cells), *_check_zeros(data, alike, cells), *_check_repeated(data, alike, cells)]
-    left = data.usable.copy()
+    state_of = _states(data.state)
+    odd = [
+        *check_tips(data, robot, cells),
+        *_check_zeros(data, state_of, cells),
+        *_check_repeated(data, state_of, cells),
+    ]
+    usable = data.usable.copy()
     for _, rows in odd:
-        left[rows] = False
-    changes = _changes(data, robot, at, alike, left)
+        usable[rows] = False
+    changes = _changes(data, robot, at, state_of, usable)
     if changes is not None:
-        found = [*_check_sizes(changes, robot, cells)] or [*_check_single(changes, data, cells)]
-        odd += [(finding, np.flatnonzero(np.isin(alike, alike[rows]))) for finding, rows in found]
+        findings = [*_check_sizes(changes, robot, cells)] or [*_check_single(changes, data, cells)]
+        odd += [(finding, np.flatnonzero(np.isin(state_of, state_of[rows]))) for finding, rows in findings]
         if not odd:
-            odd += _check_once(changes, data, alike, cells)
+            odd += _check_once(changes, data, state_of, cells)
     wrong = frozenset((0, data.row[int(i)]) for _, rows in odd for i in rows)
     return [finding for finding, _ in odd], wrong
 
@@ -89,23 +93,23 @@ class LoadChanges:
         return LoadChanges(self.row[index], self.change[index], self.by_joint[index], self.apart)
 
 
-def _alike(state: State) -> NDArray[np.intp]:
-    """Return (n,) the same number for rows of one set-up, at the same posture reached alike, under the same loads."""
+def _states(state: State) -> NDArray[np.intp]:
+    """Return (n,) the same number for rows of one set-up, at the same posture, reached alike, under the same loads."""
     parts = [np.asarray(state.setup, dtype=float)[:, None], _posture(state)]
     for channel in (state.approach, state.payload_mass, state.payload_center, state.wrench):
         parts += [] if channel is None else [channel.reshape(len(state), -1)]
     return np.asarray(np.unique(np.nan_to_num(np.hstack(parts)).round(6), axis=0, return_inverse=True)[1].ravel())
 
 
-def _check_zeros(data: Measurements, alike: NDArray[np.intp], cells: Cells) -> Iterator[Odd]:
+def _check_zeros(data: Measurements, state_of: NDArray[np.intp], cells: Cells) -> Iterator[Odd]:
     """Yield DAT041 where set-ups of gauges were read in one state alone; an error where no other row says anything.
 
     Args:
-        alike: (n,) number of the state of each row.
+        state_of: (n,) number of the state of each row.
     """
     setup, gauges = np.asarray(data.state.setup), rows_of(data.state, kind_of(Gauge.column))
     gauges = gauges[data.usable[gauges]]
-    alone = [rows for k in np.unique(setup[gauges]) if not np.ptp(alike[rows := gauges[setup[gauges] == k]])]
+    alone = [rows for k in np.unique(setup[gauges]) if not np.ptp(state_of[rows := gauges[setup[gauges] == k]])]
     if not alone:
         return
     rows = np.concatenate(alone)
@@ -117,13 +121,13 @@ def _check_zeros(data: Measurements, alike: NDArray[np.intp], cells: Cells) -> I
     yield cells.finding("DAT041", severity, message, help_, int(rows[0])), rows[:0]
 
 
-def _check_repeated(data: Measurements, alike: NDArray[np.intp], cells: Cells) -> Iterator[Odd]:
+def _check_repeated(data: Measurements, state_of: NDArray[np.intp], cells: Cells) -> Iterator[Odd]:
     """Yield DAT041, with rows that are not used, where readings of one state of a standing arm differ.
 
     Of three or more, those far from the median are wrong; of two, nobody knows which.
 
     Args:
-        alike: (n,) number of the state of each row.
+        state_of: (n,) number of the state of each row.
     """
     setup, gauges = np.asarray(data.state.setup), rows_of(data.state, kind_of(Gauge.column))
     gauges = gauges[data.usable[gauges]]
@@ -132,7 +136,7 @@ def _check_repeated(data: Measurements, alike: NDArray[np.intp], cells: Cells) -
     value = data.readings.numbers[:, 0]
     q = _posture(data.state)
     sets = [rows for k in np.unique(setup[gauges]) if _stands(q[rows := gauges[setup[gauges] == k]])]
-    states = [[rows[alike[rows] == state] for state in np.unique(alike[rows])] for rows in sets]
+    states = [[rows[state_of[rows] == state] for state in np.unique(state_of[rows])] for rows in sets]
     usual = _usual_miss(value[gauges], [value[same] for some in states for same in some if len(same) > 1])
     for some in states:
         middle = [float(np.median(value[same])) for same in some]
@@ -179,27 +183,27 @@ def _usual_miss(every: Array, repeated: list[Array]) -> float:
 
 
 def _changes(
-    data: Measurements, robot: Robot, tool: Array, alike: NDArray[np.intp], left: NDArray[np.bool_]
+    data: Measurements, robot: Robot, tool: Array, state_of: NDArray[np.intp], usable: NDArray[np.bool_]
 ) -> LoadChanges | None:
     """Return the changes of gauges under load; None where there are none, or the arm's stiffness is not known.
 
     Readings of one state count with their mean, by the first of their rows.
 
     Args:
-        tool: (n, 4, 4) what the gauge touches, in tool0. alike: (n,) number of the state of each row; left: (n,) rows
-            that are used.
+        tool: (n, 4, 4) what the gauge touches, in tool0.
+        state_of: (n,) number of the state of each row; usable: (n,) rows that are used.
     """
     state, readings = data.state, data.readings
-    gauges = [int(i) for i in rows_of(state, kind_of(Gauge.column)) if left[i]]
+    gauges = [int(i) for i in rows_of(state, kind_of(Gauge.column)) if usable[i]]
     if readings is None or robot.joint_compliance is None or not gauges:
         return None
     first: dict[int, int] = {}
     states: dict[int, list[int]] = {}
     pairs, q = [], _posture(state)
     for i in gauges:
-        states.setdefault(int(alike[i]), []).append(i)
+        states.setdefault(int(state_of[i]), []).append(i)
         start = first.setdefault(int(np.asarray(state.setup)[i]), i)
-        apart = alike[i] != alike[start] and states[int(alike[i])][0] == i
+        apart = state_of[i] != state_of[start] and states[int(state_of[i])][0] == i
         if apart and _stands(q[[start, i]]):
             pairs.append((start, i))
     if not pairs:
@@ -216,7 +220,7 @@ def _changes(
         torque += np.einsum("nij,ni->nj", at_tcp, state.wrench)
     moved = np.einsum("mi,mij->mj", readings.direction[row], at_tcp[row, :3])
     mean = {k: float(np.mean(readings.numbers[rows, 0])) for k, rows in states.items()}
-    change = np.array([mean[int(alike[i])] - mean[int(alike[start])] for start, i in pairs])
+    change = np.array([mean[int(state_of[i])] - mean[int(state_of[start])] for start, i in pairs])
     return LoadChanges(row, change, moved * (torque[row] - torque[before]) * robot.joint_compliance, apart)
 
 
@@ -275,9 +279,9 @@ def find_strays(changes: LoadChanges, data: Measurements, cells: Cells) -> Itera
         every, best = _misfit(changes.some(rest))
         off = np.abs(changes.change[rest] - changes.by_joint[rest] @ np.exp(best))
         tried = np.argsort(-off)[:MOST_TRIED]
-        left = np.array([_misfit(changes.some(np.delete(rest, k)))[0] for k in tried])
-        steps.append((rest[tried], every - left))
-        rest = np.delete(rest, tried[np.argmin(left)])
+        remaining = np.array([_misfit(changes.some(np.delete(rest, k)))[0] for k in tried])
+        steps.append((rest[tried], every - remaining))
+        rest = np.delete(rest, tried[np.argmin(remaining)])
     # Two wrong ones hide each other: all that were taken away are judged by those that remain in the end.
     square, best = _misfit(changes.some(rest))
     scale = max(1.0, square / len(rest))
@@ -313,13 +317,13 @@ def find_strays(changes: LoadChanges, data: Measurements, cells: Cells) -> Itera
         yield cells.finding("DAT041", "warning", message, help_, int(rows[0])), rows
 
 
-def _check_once(changes: LoadChanges, data: Measurements, alike: NDArray[np.intp], cells: Cells) -> Iterator[Odd]:
+def _check_once(changes: LoadChanges, data: Measurements, state_of: NDArray[np.intp], cells: Cells) -> Iterator[Odd]:
     """Yield DAT042 where set-ups were read once under load: few set-ups check each other, and springs take up a slip.
 
     Args:
-        alike: (n,) number of the state of each row.
+        state_of: (n,) number of the state of each row.
     """
-    once = changes.row[np.bincount(alike[data.usable], minlength=alike.max() + 1)[alike[changes.row]] < 2]
+    once = changes.row[np.bincount(state_of[data.usable], minlength=state_of.max() + 1)[state_of[changes.row]] < 2]
     if not len(once):
         return
     names = [f"`{name}`" for name in dict.fromkeys(data.state.setup_of_rows[once].tolist())]
@@ -347,5 +351,5 @@ def _misfit(changes: LoadChanges) -> tuple[float, Array]:
         """Return (n + 6, 6) derivatives of the misses by the logarithms."""
         return np.vstack([changes.by_joint * np.exp(x) / sigma[:, None], np.eye(6) / COMPLIANCE_LOG])
 
-    found = least_squares(misses, np.zeros(6), slopes, max_nfev=100)
-    return 2 * float(found.cost), np.asarray(found.x)
+    best = least_squares(misses, np.zeros(6), slopes, max_nfev=100)
+    return 2 * float(best.cost), np.asarray(best.x)

@@ -28,6 +28,10 @@ from postproc.robot.cells.station import Station
 _UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 _RECORDED = 0.1  # [mm], [deg] beyond its limit an external axis still stands at it: positions are recorded, rounded
 LOOSE = "nothing leads here"
+UNKNOWN_POSTURE = "in which posture the arm comes here is not known, and what the target states does not exist"
+NEAREST_TAKEN = (
+    "the posture nearest to the last known one, or to all axes at zero, is taken: begin with a MoveAbsJ to be sure"
+)
 DISPLACED = "what displaces it in this run puts it there, not what it states"
 _LEAST_ACCSET = 20.0  # [%] lower values count as this (ABB RAPID reference manual, AccSet)
 
@@ -79,12 +83,10 @@ def read_moves(
     findings = [_as_warning(d, LOOSE) if events[i].unreachable else d for i, d in (*refused, *wrong)]
     findings += [finding for _, finding in beyond]
     findings += doubt_weights(robot, [events[i] for i in known if not events[i].unreachable])
-    text = "in which posture the arm comes here is not known, and what the target states does not exist"
-    help_ = (
-        "the posture nearest to the last known one, or to all axes at zero, is taken: begin with a MoveAbsJ to be sure"
-    )
-    assumed = [Diagnostic("KIN008", "warning", text, *place(events[known[row]]), help_) for row in supposed]
-    findings += [*assumed, *another]
+    findings += [
+        Diagnostic("KIN008", "warning", UNKNOWN_POSTURE, *place(events[known[k]]), NEAREST_TAKEN) for k in supposed
+    ]
+    findings += another
     moves: list[Move] = []
     for row, (i, fields) in enumerate(zip(known, at_goals, strict=True)):
         e, (frame, axes), kind = events[i], places[row], events[i].statement.interpolation

@@ -21,7 +21,7 @@ MARGIN = 22
 """Of a view from above with marks at the tool [pixels]."""
 NOTE = 16
 """Height of a line of text below it [pixels]."""
-PLUNGER, DIAL, ARROW, HEAD, ASIDE = 9.0, 4.5, 20.0, 5.0, 8.0
+PLUNGER, DIAL, ARROW, HEAD, OFFSET = 9.0, 4.5, 20.0, 5.0, 8.0
 """Sizes of the marks at the tool [pixels]: of a gauge, of the arrow of a load, and how far aside a ring stands."""
 SLANT = 0.5
 """Share of a direction in the plane of a view below which it is drawn as pointing at the viewer, or away."""
@@ -49,9 +49,9 @@ def posture_drawings(
     scale = (DRAWING_SIZE - 30) / float(np.max(high - low))
     corner, floor = np.array([10, DRAWING_SIZE - 10]), np.array([[low[0], 0.0], [high[0], 0.0]])
     reach = float(np.abs(joints[:, :, :2]).max())
-    beside, margin, note = (ABOVE, 5, 0) if at_tool is None else (DRAWING_SIZE, MARGIN, NOTE)
-    middle, small = np.array([DRAWING_SIZE + beside / 2, DRAWING_SIZE / 2]), (beside / 2 - margin) / reach
-    width, height, drawn = DRAWING_SIZE + above * beside, DRAWING_SIZE + note, list[str]()
+    added, margin, note = (ABOVE, 5, 0) if at_tool is None else (DRAWING_SIZE, MARGIN, NOTE)
+    middle, small = np.array([DRAWING_SIZE + added / 2, DRAWING_SIZE / 2]), (added / 2 - margin) / reach
+    width, height, drawn = DRAWING_SIZE + above * added, DRAWING_SIZE + note, list[str]()
     head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" class="posture"'
     head += f' viewBox="0 0 {width} {height}" role="img"'
     for k, label in enumerate(map(escape, labels)):
@@ -95,13 +95,13 @@ class AtTool:
             place: (2,) of the tool [pixels]. view: (3, 3) rows to the right, up and towards the viewer, base axes.
         """
         marks = []
-        for kind, vector, draw, aside in (("gauge", self.gauge[k], _gauge, -1), ("load", self.load[k], _load, 1)):
+        for kind, vector, draw, side in (("gauge", self.gauge[k], _gauge, -1), ("load", self.load[k], _load, 1)):
             if not vector.any():
                 continue
             seen = view @ vector / np.linalg.norm(vector) * [1, -1, 1]
             in_plane = np.linalg.norm(seen[:2])
             way = seen[:2] / max(float(in_plane), 1e-9)
-            body = draw(place, way) if in_plane > SLANT else _ring(place + ASIDE * np.array([1, aside]), seen[2] > 0)
+            body = draw(place, way) if in_plane > SLANT else _ring(place + OFFSET * np.array([1, side]), seen[2] > 0)
             marks.append(f'<g class="{kind}">{body}</g>')
         return marks
 

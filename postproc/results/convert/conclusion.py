@@ -8,7 +8,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from postproc.compensation.conversion import Conversion
-from postproc.compensation.correction.rigid_shift import FEWEST, rest_untold
+from postproc.compensation.correction.rigid_shift import FEWEST, remainder_unknown
 from postproc.compensation.judgement.accuracy import Accuracy, remaining_deflection
 from postproc.compensation.verdict import verdict_of
 from postproc.diagnostics import Diagnostic, Finding, Matter, joined
@@ -36,8 +36,8 @@ def conclusion(conversion: Conversion) -> tuple[Tone, list[str]]:
     verdict = verdict_of(judged)
     lines = [verdict.sentence]
     lines += _not_in_figures(values)
-    if untold := rest_untold(judged.shifts):
-        of = joined([f"that of `{name}`" for name in untold])
+    if unknown := remainder_unknown(judged.shifts):
+        of = joined([f"that of `{name}`" for name in unknown])
         lines.append(f"A rigid shift follows fewer than {FEWEST} targets nearly: what remains beside {of} is not told.")
     if values["figures"]:
         lines += _how_sure(values, conversion.diagnostics, judged.accuracy, conversion.model)
@@ -59,8 +59,10 @@ def _not_in_figures(values: Values) -> list[str]:
     lines = [f"Not in these figures: {joined([part for part in parts if part])}."] if any(parts) else []
     if values["from_programmed_path"]:
         lines.append(f"The path is the one that this arm has taught in {joined(taught)}, not that of the numbers.")
-    if held := [f"`{row['wobj']}`" for row in values["rigid_shift"] if row["left_out"] and row["held"]]:
-        lines.append(f"That counts where {joined(held)} was taught at the stationary tool, turned as in these targets.")
+    if at_tool := [f"`{row['wobj']}`" for row in values["rigid_shift"] if row["left_out"] and row["held"]]:
+        lines.append(
+            f"That counts where {joined(at_tool)} was taught at the stationary tool, turned as in these targets."
+        )
     return lines
 
 

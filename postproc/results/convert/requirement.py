@@ -15,7 +15,7 @@ MET = {"model": ("kept", "not_shown"), "arm": ("kept",)}
 LACKS = {"model": "not kept in the model", "arm": "not shown on the arm"}
 MEASURE = "measure the arm (`postproc plan`, `postproc fit`) and name that model, or ask for less with `--tolerance`"
 """What may help where the tolerance is kept in the model alone."""
-MEASURE_THERE = "measure poses there too (`postproc plan`), and fit again"
+MEASURE_BEYOND = "measure poses there too (`postproc plan`), and fit again"
 """The same where a program leaves the measured range."""
 
 
@@ -37,7 +37,7 @@ def missed(require: str, programs: Mapping[str, Values]) -> str | None:
     why = ""
     if require == "arm" and values["verdict"] == "not_shown" and is_guess(values):
         beyond = joined(list(values["expected_accuracy"]["beyond_range"]))
-        why, cure = f"of which what is expected is a guess ({beyond}); ", MEASURE_THERE
+        why, cure = f"of which what is expected is a guess ({beyond}); ", MEASURE_BEYOND
     return f"the tolerance is {LACKS[require]}{count}: `{name}`, {why}{_where(values, require)}. To meet it: {cure}"
 
 

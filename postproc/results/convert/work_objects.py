@@ -13,7 +13,7 @@ from postproc.report.blocks import DataTable, Section, Values
 MOST_LISTED = 3  # work objects that get a line; a table has all
 SHIFT_NOTE = "The rigid motion that fits the corrections of the arm at rest best, about the middle of the targets."
 TAUGHT = "If `{0}` was taught {1}, it holds its shift already: leave it out with `--wobj-taught {0}`."
-BY_TORCH, HELD = "with this arm's own torch", "on this arm at the stationary tool, turned as in these targets"
+BY_TORCH, AT_TOOL = "with this arm's own torch", "on this arm at the stationary tool, turned as in these targets"
 SHIFT = {
     "wobj": "work object",
     "dx_mm": "x",
@@ -38,7 +38,7 @@ def rigid_shift_values(shift: RigidShift) -> Values:
         "about_mm": [mm(x, 2) for x in shift.center],
         "rest_mm": mm(shift.residual, 4),
         "at_welds": shift.at_welds,
-        "held": shift.held,
+        "held": shift.robot_holds,
         "places": shift.places,
         "left_out": shift.omitted,
     }
@@ -58,7 +58,7 @@ def work_object_section(values: Values) -> Section:
     brief = [i for i, row in enumerate(rows) if row in largest]
     shifts = DataTable("work objects", list(SHIFT.values()), table, brief=brief, decimals=digits)
     open_ = [row for row in largest if not row["left_out"] and row["wobj"].lower() != WORLD]
-    advice = [TAUGHT.format(row["wobj"], HELD if row["held"] else BY_TORCH) for row in open_[:1]]
+    advice = [TAUGHT.format(row["wobj"], AT_TOOL if row["held"] else BY_TORCH) for row in open_[:1]]
     return Section("Of the correction, one rigid shift of each work object [mm]", [shifts, *advice], SHIFT_NOTE)
 
 

@@ -52,14 +52,14 @@ def fit_document(name: str, fit: Fit) -> Document:
     Args:
         name: of the tables, for the title.
     """
-    unit, each, level, beside = fit.observed.unit, fit.observed.each, fit.parts.level, fit.parts.repeatability or 0.0
+    unit, each, level, scatter = fit.observed.unit, fit.observed.each, fit.parts.level, fit.parts.repeatability or 0.0
     noise = "unknown" if level is None else f"{1e3 * level:.3f} {unit} ({fit.parts.origin})"
-    if level is not None and beside >= LEAST_SHOWN:
+    if level is not None and scatter >= LEAST_SHOWN:
         what = "what no column explains, as no pose was repeated"
         if fit.noise.sigma is not None:
             alone = "more than the instrument scatters by itself"
             what = alone if fit.data.readings is not None else "how well the arm repeats a pose"
-        noise += f", of which {1e3 * beside:.3f} {unit} is {what}"
+        noise += f", of which {1e3 * scatter:.3f} {unit} is {what}"
     keys = [e.key for e in fit.model.effects if e.role is not Role.SETUPS]
     unseen = f"{1e3 * fit.held_out_rms:.3f} {unit} on rows that the fit has not seen"
     if fit.unnamed:
