@@ -16,6 +16,7 @@ from postproc.estimation.findings import cautions
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
 from postproc.identification.add import add_effects
+from postproc.identification.compare import compare
 from postproc.identification.diagnose import diagnose
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
@@ -129,7 +130,9 @@ def rounded(data: Measurements) -> Measurements:
 def test_rounded_angles_are_an_error_that_coordinates_and_repeats_share():
     """Errors as the noise and the rounding make them are white once they are weighted, and so are means of repeats."""
     data, g = rounded(cell(seed=5160, noise=0.02, poses=40)[0]), np.random.default_rng(7)
-    fit = fit_model(base_fit(data).model, replace(data, rounded=True), noise=2e-5)
+    base = base_fit(data)
+    assert compare(base.model, data).fit.noise.sigma == pytest.approx(base.noise.sigma, rel=1e-3)
+    fit = fit_model(base.model, replace(data, rounded=True), noise=2e-5)
     J, times = fit.problem.sensitivity.matrix[:, :3, :6], np.bincount(data.repeats)[data.repeats]
     turn = g.uniform(-0.5, 0.5, (2000, data.repeats.max() + 1, 6))[:, data.repeats] * np.radians(0.01)
     error = np.einsum("nij,knj->kni", J, turn) + g.normal(0, 2e-5, (2000, len(data), 3))
