@@ -42,7 +42,7 @@ bench: $(VENV)/.installed-dev  ## Speed and memory, written to docs/benchmarks.m
 	$(BIN)/python -m tests.bench.speed --write docs/benchmarks.md --json $(OUT)/bench.json $(if $(AGAINST),--against $(AGAINST))
 
 docs: $(VENV)/.installed-docs  ## The documentation; warnings are errors.
-	$(BIN)/sphinx-build -W -q docs docs/_build/html
+	$(BIN)/sphinx-build -j auto -W -q docs docs/_build/html
 	@echo "open docs/_build/html/index.html"
 
 clean:

@@ -22,7 +22,7 @@ def test_a_corrected_program_does_the_same_in_every_world(paths: list[Path]) -> 
     assert not any(code in found.refused for code in ("CMP004", "CMP013")), found.refused
 
 
-RUN_TIME = [("where-needed", name) for name in ("data_by_name", "circle_by_inputs", "socket_fed", "displacement_here")]
+RUN_TIME = [("where-needed", name) for name in ("data_by_name", "socket_fed", "displacement_here")]
 RUN_TIME += [("where-needed", "function_with_effects"), ("all", "branch_between_seams"), ("all", "pallet_input")]
 
 
