@@ -17,7 +17,7 @@ DRAWS = [
     ("axis 4", "operator's names", 23), ("axis 6", "names", 156), ("arc", "numbers", 3),
     ("track", "names", 92), ("gantry", "operator's names", 5), ("positioner", "names", 72),
     ("near a straight wrist", "operator's names", 29), ("through a straight wrist", "names", 74),
-    ("joint moves to a straight wrist", "numbers", 9), ("reorientation", "operator's names", 87),
+    ("joint moves to a straight wrist", "numbers", 9),
 ]  # fmt: skip
 
 

@@ -135,6 +135,7 @@ def printed(call: Call, samples: Path, tmp_path: Path, monkeypatch: pytest.Monke
     """What the commands print, by their words; keys and types are the same with fewer simulated tables and fewer regions."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(promise, "TABLES", 2)
+    monkeypatch.setattr(promise, "FEWER", 1)
     monkeypatch.setattr(regions, "SEARCHED_REGIONS", 2)
     Path("samples").symlink_to(samples)
     turned = PROGRAM.replace("[0,-1,0,0]", "[0,-1,0,1]")

@@ -23,7 +23,7 @@ def test_a_corrected_program_does_the_same_in_every_world(paths: list[Path]) -> 
 
 
 RUN_TIME = [("where-needed", name) for name in ("data_by_name", "socket_fed", "displacement_here")]
-RUN_TIME += [("where-needed", "function_with_effects"), ("all", "branch_between_seams"), ("all", "pallet_input")]
+RUN_TIME += [("where-needed", "function_with_effects"), ("all", "branch_between_seams")]
 
 
 @pytest.mark.parametrize(("mode", "name"), RUN_TIME)
