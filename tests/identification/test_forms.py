@@ -159,6 +159,18 @@ def test_waves_of_an_angle_on_a_grid_are_those_that_its_places_tell_apart():
     assert {order for order, _ in waves} == {1, 2, 3}
 
 
+def test_a_curve_times_switches_is_what_its_factors_say():
+    """Also the size of another channel where the curve itself says on and off."""
+    every = forms(q5=Q, load4=LOAD, temperature=WARM)
+    step = next(one for one in every.every if one.kind == "step" and one.channels == ("q5",))
+    grown = list(every.grown(step))
+    assert len(grown) == 4  # times switches of others; what is proportional to others: where it is on, off, and both
+    for values, made in grown:
+        for k in range(0, values.shape[1], 7):
+            raw = np.prod([curve.law(signal.values, *numbers) for curve, signal, numbers in made(k).each], axis=0)
+            assert_allclose(values[:, k] / np.abs(values[:, k]).max(), raw / np.abs(raw).max(), atol=1e-5)
+
+
 def test_what_only_a_few_rows_show_is_no_switch():
     some = forms(dir1=SIDE, q2=np.linspace(-1, 1, N))
     side = next(p for p in some.every if p.kind == "line" and p.channels == ("dir1",))

@@ -314,7 +314,7 @@ def _examine(robot: Robot, moves: tuple[Move, ...], path: Samples, in_space: Fla
     at_goal[path.goal] = path.stop
     missed = at_goal & in_space & monitored[path.move] & (np.abs(path.q - q_goal).max(axis=1) > _GOAL_MISS)
     # A joint move turns any joint by any angle, evenly: where it jumps, the move before it ends elsewhere.
-    led = jump & np.array([m.kind in ("joint", "absjoint") for m in moves])[path.move]
+    led = jump & (path.move > 0) & np.array([m.kind in ("joint", "absjoint") for m in moves])[path.move]
     missed[path.goal[path.move[led] - 1]] = True
 
     report(
